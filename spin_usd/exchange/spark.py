@@ -184,6 +184,12 @@ def layout(options: Mapping[str, Any]) -> Layout:
             return pose_table_layout()
 
 
+ASSUMED = "The layout is assumed to be SPARK's stream 2, from the same laboratory; CubeSat-CDT's own is not published."
+CUBESAT_CDT = ExportFormat(
+    name="cubesat_cdt",
+    holds="in an assumed layout of CubeSat-CDT: the poses of trajectories as CSV",
+    layout=pose_table_layout(notes=(ASSUMED,)),
+)
 SPARK = ExportFormat(
     name="spark",
     holds="in a layout of SPARK: the poses of trajectories as CSV, or boxes and masks",

@@ -17,7 +17,6 @@ from spin_usd.exchange.coco import COCO, COCO_POSES
 from spin_usd.exchange.colmap import COLMAP, COLMAP_CAMERA, COLMAP_POSES
 from spin_usd.exchange.croissant import CROISSANT, CROISSANT_POSES
 from spin_usd.exchange.csv_poses import CSV_POSES
-from spin_usd.exchange.cubesat_cdt import CUBESAT_CDT
 from spin_usd.exchange.events import EVENT_FORMATS
 from spin_usd.exchange.kitti import KITTI
 from spin_usd.exchange.layout.export_format import ExportFormat
@@ -28,11 +27,12 @@ from spin_usd.exchange.record_poses import RECORD
 from spin_usd.exchange.rosbag2 import ROSBAG2
 from spin_usd.exchange.shirt import SHIRT
 from spin_usd.exchange.spades import SPADES, SPADES_POSES
-from spin_usd.exchange.spark import SPARK, SPARK_POSES
+from spin_usd.exchange.spark import CUBESAT_CDT, SPARK, SPARK_POSES
 from spin_usd.exchange.speed import SPEED
 from spin_usd.exchange.speedplus import SPEEDPLUS, SPEEDPLUS_CAMERA, SPEEDPLUS_POSES
 from spin_usd.exchange.swisscube import SWISSCUBE
 from spin_usd.exchange.trajectories import EUROC_POSES, KITTI_POSES, TUM, TUM_POSES
+from spin_usd.exchange.unknown_target import UNKNOWN_TARGET
 from spin_usd.exchange.urso import URSO, URSO_POSES
 from spin_usd.exchange.video import VIDEO
 from spin_usd.exchange.webdataset import WEBDATASET, WEBDATASET_POSES
@@ -59,6 +59,7 @@ _ALL = (
     PARQUET,
     NERFSTUDIO,
     COLMAP,
+    UNKNOWN_TARGET,
     KITTI,
     TUM,
     ROSBAG2,

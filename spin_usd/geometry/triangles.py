@@ -74,6 +74,31 @@ def areas(corners: Float) -> Float:
     return area
 
 
+def spread_points(corners: Float, count: int, rng: np.random.Generator) -> tuple[Float, NDArray[np.intp]]:
+    """Return (count, 3) points spread evenly by area over the triangles `corners` (F, 3, 3), and (count,) the triangle
+    of each. Some triangle must have an area."""
+    ends = np.cumsum(areas(corners))
+    places = (np.arange(count) + rng.random(count)) / count * ends[-1]  # one in each share of the area
+    face = np.minimum(np.searchsorted(ends, places, side="right"), len(ends) - 1)
+    u, v = rng.random((2, count))
+    u, v = np.where(u + v > 1, (1 - u, 1 - v), (u, v))
+    a, b, c = np.moveaxis(corners[face], -2, 0)
+    return a + u[:, None] * (b - a) + v[:, None] * (c - a), face
+
+
+def distances_to(points: Float, corners: Float) -> Float:
+    """Return (...) the distances of the points (..., 3) from the nearest points of the triangles (..., 3, 3)."""
+    across = unit_normals(corners)
+    inside = dot(across, across) > 0
+    apart = np.full(inside.shape, np.inf)
+    for start, end in zip(np.moveaxis(corners, -2, 0), np.moveaxis(np.roll(corners, -1, -2), -2, 0), strict=True):
+        edge, towards = end - start, points - start
+        inside &= dot(cross(edge, towards), across) >= 0
+        share = np.clip(dot(towards, edge) / np.maximum(dot(edge, edge), np.finfo(float).tiny), 0, 1)
+        np.minimum(apart, lengths(towards - share[..., None] * edge), out=apart)
+    return np.where(inside, np.abs(dot(points - corners[..., 0, :], across)), apart)
+
+
 def affine(matrices: Float, points: Float) -> Float:
     """Return (..., 3) the `points` (..., N, 3) moved by the matrices (..., 3, 4). Number by number, so that a point's
     place is the same to the bit however many are moved with it, which no matrix product promises."""

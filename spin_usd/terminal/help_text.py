@@ -57,6 +57,7 @@ EXAMPLES = {
     ),
     "score": (
         "spin-usd score predictions.csv --truth my_dataset",
+        "spin-usd score --shape mesh.ply --truth my_task/truth",
         "spin-usd score keypoints.json --truth my_dataset --variants 'noisy_*' --partial --out my_score",
     ),
     "evidence": (

@@ -56,7 +56,7 @@ def test_what_nothing_is_seen_of_has_no_box() -> None:
 
 def test_a_model_is_measured_in_millimetres() -> None:
     points = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.4, 0], [0, 0, -1.2]])
-    model = Model(points=points, faces=np.array([[0, 1, 2]], np.int32))
+    model = Model(points=points, faces=np.array([[0, 1, 2]], np.int32), face_part=np.ones(1, np.uint16))
     found = model_entry(model)
     assert found.pop("diameter") == pytest.approx(np.hypot(1200, 400))
     wanted = {"min_x": 0, "min_y": 0, "min_z": -1200, "size_x": 300, "size_y": 400, "size_z": 1200}

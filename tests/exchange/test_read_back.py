@@ -20,7 +20,7 @@ EXACT = 1e-9
 FRAMES = 5
 SPLIT = "train=0.4,validation=0.4,test=0.2"
 ONE_SPLIT = {"shirt", "tum", "video", "spades", "rosbag2"}  # a trajectory is one
-WITHOUT_POSES = {"video", "kitti", "rosbag2"} | {each.name for each in EVENT_FORMATS}
+WITHOUT_POSES = {"video", "kitti", "rosbag2", "unknown_target"} | {each.name for each in EVENT_FORMATS}
 """Formats that hold no poses, or whose poses are not read back."""
 SHARDS = {"webdataset": ".tar", "parquet": ".parquet", "video": ".mp4", "evt3": ".raw", "aedat4": ".aedat4"}
 SHARDS |= {"rosbag2": ".mcap", "dat": ".dat", "es": ".es", "events_csv": ".csv"}

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+import trimesh
 
 from spin_usd.geometry import triangles
-from spin_usd.geometry.triangles import areas, normals, unit_normals
+from spin_usd.geometry.triangles import areas, distances_to, normals, spread_points, unit_normals
 
 CORNERS = np.random.default_rng(0).standard_normal((4, 25, 3, 3))
 
@@ -51,3 +52,27 @@ def test_how_many_faces_are_looked_at_together_changes_no_bit(monkeypatch) -> No
     monkeypatch.setattr(triangles, "FACES_AT_ONCE", 7)
     assert [part.stop - part.start for part in triangles.parts(16)] == [7, 7, 2]
     np.testing.assert_array_equal(triangles.normals_of(points, faces), whole)
+
+
+def test_distances_to_triangles_are_trimeshs() -> None:
+    rng = np.random.default_rng(5)
+    points, corners = rng.normal(size=(4000, 3)), rng.normal(size=(4000, 3, 3))
+    nearest = trimesh.triangles.closest_point(corners, points)
+    np.testing.assert_allclose(distances_to(points, corners), np.linalg.norm(points - nearest, axis=1), atol=1e-12)
+
+
+def test_distances_to_a_triangle_without_area_are_of_its_edges() -> None:
+    line = np.array([[0, 0, 0], [1, 0, 0], [3, 0, 0.0]])
+    points = np.array([[2, 1, 0], [5, 0, 0], [0, 0, 0.0]])
+    np.testing.assert_allclose(distances_to(points, np.broadcast_to(line, (3, 3, 3))), [1, 2, 0], atol=1e-12)
+
+
+def test_points_are_spread_evenly_by_area() -> None:
+    corners = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 0, 5], [3, 0, 5], [0, 3, 5]], [[9, 9, 9]] * 3], float)
+    points, face = spread_points(corners, 10_000, np.random.default_rng(0))
+    assert np.bincount(face, minlength=3).tolist() == [1000, 9000, 0]
+    np.testing.assert_allclose(distances_to(points, corners[face]), 0, atol=1e-12)
+    for each in (0, 1):  # a triangle's points have its own middle and moments
+        np.testing.assert_allclose(points[face == each].mean(0), corners[each].mean(0), atol=0.05)
+        own = (points[face == each] - corners[each][0]) / max(1, 3 * each)
+        assert (own[:, 0] * own[:, 1]).mean() == pytest.approx(1 / 12, abs=5e-3)

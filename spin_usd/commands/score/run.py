@@ -15,6 +15,7 @@ from spin_usd.commands.score.matching import Matched, matched
 from spin_usd.commands.score.options import ScoreOptions
 from spin_usd.commands.score.predictions import read_predictions
 from spin_usd.commands.score.report import ScoredErrors, ScoredGroup, ScoredModel, ScoredPicture, ScoreReport
+from spin_usd.commands.score.shape_report import SCORE_SHAPE, ScoreShape, ShapeReport
 from spin_usd.commands.score.truth import Truth, read_truth
 from spin_usd.exchange.layout.models import diameter, read_models
 from spin_usd.files.folder import Folder
@@ -23,6 +24,7 @@ from spin_usd.options import names_in, takes
 from spin_usd.scoring.model_errors import found_share, model_errors, mspd_recall, mssd_recall
 from spin_usd.scoring.pose_errors import SCORES, PoseErrors, scores
 
+PATIENCE_S = 1800.0  # a child is silent while it aligns and measures a mesh of millions of faces
 WORST = 12
 MODEL_POINTS = 2000  # of the target at most, evenly from its list, that ADD and ADD-S take the mean of
 RANGES_M = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, np.inf)
@@ -31,14 +33,30 @@ VISIBLE = (0.0, 0.25, 0.5, 0.75, 0.99, 1.0)
 
 
 @takes(ScoreOptions)
-def score(options: ScoreOptions) -> ScoreReport:
+def score(options: ScoreOptions) -> ScoreReport | ShapeReport:
     """Score predicted poses by SPEED's and SPEED+'s rules, in metres and degrees, by ADD and by BOP's recalls, in all
-    and for pictures that are alike.
+    and for pictures that are alike: a ScoreReport. With `shape`, score a reconstructed shape: a ShapeReport.
 
-    Raises InputError for predictions that cannot be matched with the truth, StageError.
+    Raises InputError for predictions that cannot be matched with the truth, and files that hold no shape; StageError.
     """
+    if options.shape is not None:
+        return _of_shape(options, options.shape)
+    assert options.predictions is not None
+    return _of_poses(options, Path(options.predictions))
+
+
+def _of_shape(options: ScoreOptions, shape: str | Path) -> ShapeReport:
+    """Score the shape in a child, since it is a file of others."""
+    from spin_usd.processes.ask_child import ask_child  # not above: who only scores poses may have no system for it
+
+    views = None if options.views is None else str(options.views)
+    request = ScoreShape(shape=str(shape), truth=str(options.truth), align=options.align, views=views)
+    return ask_child(SCORE_SHAPE, request, reads=shape, progress=options.progress, within_s=PATIENCE_S)
+
+
+def _of_poses(options: ScoreOptions, given: Path) -> ScoreReport:
     annotations = Path(options.annotations) if options.annotations else None
-    predictions = read_predictions(Path(options.predictions), annotations)
+    predictions = read_predictions(given, annotations)
     truth = read_truth(
         Path(options.truth), variants=names_in(options.variants), target=options.target, progress=options.progress
     )

@@ -20,6 +20,7 @@ from spin_usd.basics.arrays import Float
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset
 from spin_usd.files.folder import Folder
 from spin_usd.processes.call import Call
+from spin_usd.scene.derived.faces import parts_of
 from spin_usd.scene.mesh import Mesh
 from spin_usd.scene.shape import hull_points
 
@@ -59,6 +60,8 @@ class Model:
     """(P, 3) float64, body axes, metres."""
     faces: NDArray[np.int32]
     """(F, 3) of the points, counter-clockwise seen from outside."""
+    face_part: NDArray[np.uint16]
+    """(F,) part ids."""
 
     @classmethod
     def of(cls, mesh: Mesh) -> "Model":
@@ -68,7 +71,8 @@ class Model:
         points = np.concatenate([points for points, _ in pieces])
         faces = np.concatenate([faces + first for (_, faces), first in zip(pieces, firsts, strict=False)])
         used, places = np.unique(faces, return_inverse=True)
-        return cls(points=points[used], faces=places.reshape(-1, 3).astype(np.int32))
+        parts = parts_of(mesh, np.arange(mesh.count))
+        return cls(points=points[used], faces=places.reshape(-1, 3).astype(np.int32), face_part=parts)
 
     @cached_property
     def hull(self) -> Float:
@@ -123,4 +127,4 @@ def read_models(root: Path, frames: Mapping[str, Sequence[str]]) -> dict[int, Mo
 
 def _loaded(path: Path) -> Model:
     with np.load(path) as arrays:
-        return Model(points=arrays["points"], faces=arrays["faces"])
+        return Model(**arrays)

@@ -21,7 +21,7 @@ def save_models(request: SaveModels, progress: Progress) -> list[int]:
         if number not in keys:
             keys[number] = target.mesh.key
             model = Model.of(target.mesh)
-            np.savez(Path(request.folder, f"{number}.npz"), points=model.points, faces=model.faces)
+            np.savez(Path(request.folder, f"{number}.npz"), **vars(model))
         if keys[number] != target.mesh.key:
             found = f"{target.name} has another shape in {frame.name} of {frame.variant} than before"
             do = "export pictures of one shape: choose --variants or --frames"
