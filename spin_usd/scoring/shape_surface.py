@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 DENSE = 200_000  # points of a mesh by area, and as many by length, by which its nearest triangles are found
 PER_FACE = 1000  # of these for each triangle at most: few triangles need no more
 CANDIDATES = 32  # points near to another whose triangles may be the nearest to it
+FEW = 8  # triangles that are all tried
 AT_ONCE = 1 << 16
 
 
@@ -57,8 +58,10 @@ class ScoredSurface:
         if self.corners is None:
             apart, place = (np.asarray(each) for each in tree.query(points))
             return apart, None if self.normals is None else self.normals[place]
-        near = np.asarray(tree.query(points, k=min(CANDIDATES, len(face)))[1])
-        candidates = face[near.reshape(len(points), -1)]
+        if len(self.corners) <= FEW:
+            candidates = np.broadcast_to(np.arange(len(self.corners)), (len(points), len(self.corners)))
+        else:
+            candidates = face[np.asarray(tree.query(points, k=CANDIDATES)[1])]
         each = distances_to(points[:, None], self.corners[candidates])
         best = each.argmin(1)
         chosen = candidates[np.arange(len(points)), best]

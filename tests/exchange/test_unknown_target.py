@@ -50,6 +50,7 @@ def test_frames_have_the_records_camera_pose_and_sun(exported, rendered) -> None
         assert "time_s" not in frame
 
 
+@pytest.mark.slow
 def test_masks_and_poses_move_into_the_truth(withheld, exported) -> None:
     frames = json.loads((withheld / "frames.json").read_text())["frames"]
     assert not {"mask", "T_cam_body"} & set().union(*frames)
@@ -89,6 +90,7 @@ def test_dense_pose_lies_on_the_truth(exported, rendered) -> None:
     assert max(distances_to(point, corners).min() for point in seen[::30]) < 1e-6  # metres: the label is float32
 
 
+@pytest.mark.slow
 def test_equal_datasets_give_equal_files(exported, rendered, tmp_path) -> None:
     write_export(rendered, "unknown_target", tmp_path / "again")
     assert contents(tmp_path / "again") == contents(exported)

@@ -64,6 +64,7 @@ def test_a_shift_is_at_most_what_is_reported_and_scipys_points_agree(truth, tmp_
     assert report.accuracy_m == pytest.approx(apart.mean(), abs=2e-4)  # half the distance between its points
 
 
+@pytest.mark.slow
 def test_a_similarity_changes_no_score(exports, truth, tmp_path) -> None:
     changed = trimesh.load_mesh(truth / "mesh.ply", process=False)
     changed.vertices *= (1.0, 1.05, 0.97)  # an imperfect reconstruction
@@ -80,6 +81,7 @@ def test_a_similarity_changes_no_score(exports, truth, tmp_path) -> None:
     assert other.alignment.scale * 7.3 == pytest.approx(one.alignment.scale, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_views_are_compared_within_masks(exports, truth, tmp_path) -> None:
     posed = exports / "posed"
     shutil.copytree(posed / "images", tmp_path / "same")
