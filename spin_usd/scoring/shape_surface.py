@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.basics.arrays import Float
-from spin_usd.geometry.triangles import distances_to, lengths, spread_points, unit_normals
+from spin_usd.geometry.triangles import cross, distances_to, lengths, spread_points, unit_normals
 
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
@@ -17,6 +17,8 @@ DENSE = 200_000  # points of a mesh by area, and as many by length, by which its
 PER_FACE = 1000  # of these for each triangle at most: few triangles need no more
 CANDIDATES = 32  # points near to another whose triangles may be the nearest to it
 FEW = 8  # triangles that are all tried
+COARSE = 64  # of the points of triangles one in so many; for those far away, whose search in all would take very long
+FAR = 8.0  # as many times the mean distance between coarse points
 AT_ONCE = 1 << 16
 
 
@@ -47,25 +49,48 @@ class ScoredSurface:
         """Return (M,) the distances of `points` (M, 3) from the surface, and the normals (M, 3) there, if it has any.
 
         On triangles it is the nearest of those that the nearest of many points lie on: more than the true distance only
-        where triangles are smaller than the points are apart.
+        where triangles are smaller than the points are apart, and by less than 1 % far from the surface.
         """
         found = [self._nearest(points[start : start + AT_ONCE]) for start in range(0, len(points), AT_ONCE)]
         apart, normals = np.concatenate([each for each, _ in found]), [each for _, each in found if each is not None]
         return apart, np.concatenate(normals) if normals else None
 
     def _nearest(self, points: Float) -> tuple[Float, Float | None]:
-        tree, face = self._tree
         if self.corners is None:
-            apart, place = (np.asarray(each) for each in tree.query(points))
+            apart, place = (np.asarray(each) for each in self._tree[0].query(points))
             return apart, None if self.normals is None else self.normals[place]
         if len(self.corners) <= FEW:
             candidates = np.broadcast_to(np.arange(len(self.corners)), (len(points), len(self.corners)))
         else:
-            candidates = face[np.asarray(tree.query(points, k=CANDIDATES)[1])]
+            candidates = self._candidates(points)
         each = distances_to(points[:, None], self.corners[candidates])
         best = each.argmin(1)
         chosen = candidates[np.arange(len(points)), best]
         return each[np.arange(len(points)), best], unit_normals(self.corners[chosen])
+
+    def _candidates(self, points: Float) -> NDArray[np.intp]:
+        """Return for each of the points (M, 3) the triangles (M, CANDIDATES) that its nearest points of the surface lie
+        on."""
+        assert self.corners is not None
+        tree, face = self._tree
+        coarse, spacing = self._coarse
+        found = np.empty((len(points), CANDIDATES), np.intp)
+        far = np.asarray(coarse.query(points)[0]) > FAR * spacing
+        found[far] = face[::COARSE][np.asarray(coarse.query(points[far], k=CANDIDATES)[1])]
+        found[~far] = face[np.asarray(tree.query(points[~far], k=CANDIDATES)[1])]
+        return found
+
+    @cached_property
+    def _coarse(self) -> "tuple[KDTree, float]":
+        """A tree of some of the points, and the distance that these would have if they were even by area."""
+        from scipy.spatial import KDTree
+
+        assert self.corners is not None
+        some = self._tree[0].data[::COARSE]
+        area = float(
+            lengths(cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])).sum()
+        )
+        return KDTree(some), float(np.sqrt(area / 2 / len(some)))
 
     @cached_property
     def _tree(self) -> "tuple[KDTree, NDArray[np.intp]]":

@@ -51,7 +51,9 @@ def _carved(export: Exported, low: Floats, high: Floats, cells: int) -> tuple[Fl
         depth = distance_transform_edt(mask) - distance_transform_edt(~mask)  # pixels, below 0 outside
         places = centres[left] @ pose[:3, :3].T + pose[:3, 3]
         pixels = camera.project(places)
-        seen = (pixels >= 0).all(-1) & (pixels < (camera.width, camera.height)).all(-1)  # others are not ruled out
+        seen = (pixels >= 0).all(-1) & (pixels < (camera.width, camera.height)).all(-1)
+        if not (mask[[0, -1]].any() or mask[:, [0, -1]].any()):  # else it may go on beyond the frame
+            values[left[~seen]] = -OUTSIDE * step
         column, row = np.nan_to_num(pixels[seen]).astype(int).T
         found = (depth[row, column] - np.sign(depth[row, column]) / 2) * places[seen, 2] / camera.fx
         values[left[seen]] = np.minimum(values[left[seen]], found)

@@ -14,7 +14,7 @@ from spin_usd.stage.read.stage_reader import StageReader
 def test_every_parameter_is_listed_with_its_units_and_range(spin_usd) -> None:
     rows = {row["name"]: row for row in json.loads(spin_usd("augment", "--list", "--json").stdout)}
     assert set(PARAMETERS) <= set(rows)
-    beside = {name for name in set(rows) - set(PARAMETERS) if not name.startswith(("material.", "/"))}
+    beside = {name for name in set(rows) - set(PARAMETERS) if not name.startswith(("material.", "part.", "/"))}
     assert beside == {"background", "sun.N.direction", "sun.N.factor"}
     assert rows["exposure.stops"]["units"] == ["stops"]
     assert rows["material.NAME.ior"]["takes"] == str(parameter_named("material.NAME.ior").limits)

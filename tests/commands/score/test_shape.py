@@ -106,7 +106,14 @@ def package_json(report) -> bytes:
     return msgspec.json.encode(report)
 
 
-@pytest.mark.parametrize(("text", "align"), [("f 1 2 3\n", "none"), ("f 1 2 3\n", "similarity"), ("", "rigid")])
+@pytest.mark.parametrize(
+    ("text", "align"),
+    [
+        pytest.param("f 1 2 3\n", "none", marks=pytest.mark.slow),  # so far from a surface the nearest takes long
+        pytest.param("f 1 2 3\n", "similarity", marks=pytest.mark.slow),
+        ("", "rigid"),
+    ],
+)
 def test_a_triangle_and_three_points_are_scored(truth, tmp_path, text, align) -> None:
     (tmp_path / "small.obj").write_text(f"v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\n{text}")
     report = package.score(shape=tmp_path / "small.obj", truth=truth, align=align)
