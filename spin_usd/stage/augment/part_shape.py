@@ -27,6 +27,7 @@ from spin_usd.stage.read.bodies.target import TargetReader
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.values import FINITE, Range, read
+from spin_usd.stage.usd.visibility import first_shown
 
 ON_PART = 0.01  # of the longest edge of the target's box: how far from a part's surface its keypoints may lie
 PLACED = ("turn", "axis", "shift", "scale")
@@ -45,7 +46,7 @@ class DrawnTarget:
         reader = TargetReader(
             prim=self.prim,
             parts=parts,
-            time=self.base.first,
+            time=first_shown(self.prim, self.base.first),
             group_of=lambda _: 0,
             images=Images(check=False),
             notes=notes,

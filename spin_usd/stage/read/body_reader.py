@@ -129,14 +129,6 @@ class BodyReader:
             self._last = self._scale = None
         return hidden
 
-    def first_shown(self) -> Usd.TimeCode:
-        """Return the first time sample at which it is visible; the earliest where it never is."""
-        samples = sorted(
-            {t for prim in self._chain for t in UsdGeom.Imageable(prim).GetVisibilityAttr().GetTimeSamples()}
-        )
-        shown = (Usd.TimeCode(t) for t in samples if not self.is_hidden(Usd.TimeCode(t)))
-        return next(shown, Usd.TimeCode.EarliestTime())
-
     def target_at(self, time: Usd.TimeCode, scale: float) -> Target | None:
         """Read the shape, its axes scaled so: the last one again where nothing in it can vary, or nothing did; with the
         same mesh where materials alone did; None for an occluder that is not visible at all. Raises StageError for such

@@ -18,6 +18,7 @@ from spin_usd.stage.read.numbering import Numbering
 from spin_usd.stage.read.shared_poses import SharedPoses
 from spin_usd.stage.read.shutter import Opening, PoseAt, read_poses
 from spin_usd.stage.usd.root_metadata import Notes
+from spin_usd.stage.usd.visibility import first_shown
 
 STILL_PX = 0.05  # from the first to the last light: no picture shows it
 
@@ -104,7 +105,7 @@ class BodyReaders:
         for one that never is."""
         for reader in self._readers:
             if reader.id != OCCLUDER and reader.is_hidden(Usd.TimeCode(time_code)):
-                time = reader.first_shown()
+                time = first_shown(reader.prim, Usd.TimeCode(time_code))
                 pose, scale = reader.placed(time, UsdGeom.XformCache(time))
                 target = reader.target_at(time, scale)
                 assert target  # else it was refused

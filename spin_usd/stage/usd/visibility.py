@@ -55,3 +55,13 @@ def ancestors(prim: Usd.Prim) -> list[Usd.Prim]:
         prim = prim.GetParent()
         found.insert(0, prim)
     return found
+
+
+def first_shown(prim: Usd.Prim, wanted: Usd.TimeCode) -> Usd.TimeCode:
+    """Return the `wanted` time, or else the first time sample, at which no visibility hides `prim`; the wanted one if
+    it is always hidden."""
+    chain = [each for each in (*ancestors(prim), prim) if each.IsA(UsdGeom.Imageable)]
+    samples = sorted({time for each in chain for time in UsdGeom.Imageable(each).GetVisibilityAttr().GetTimeSamples()})
+    times = (wanted, *map(Usd.TimeCode, samples))
+    shown = (time for time in times if not any(is_invisible(each, time) for each in chain))
+    return next(shown, wanted)

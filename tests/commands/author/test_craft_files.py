@@ -119,3 +119,17 @@ def test_exports_name_the_craft_of_each_picture(in_turn: Path, tmp_path: Path) -
     spin_usd.export(in_turn / "set", to="spark", out=tmp_path / "spark", option=["layout=2022-stream1"])
     rows = list(csv.DictReader((tmp_path / "spark/train.csv").open()))
     assert {Path(row["filename"]).stem: row["class"] for row in rows} == {k: t.name for k, t in of_frame.items()}
+
+
+def test_the_shapes_of_craft_in_turn_vary_too(tmp_path: Path) -> None:
+    spec = tmp_path / "spec.toml"
+    moved = '"part.Bus.shift.x" = { distribution = "fixed", value = 0.25, unit = "m" }'
+    spec.write_text(
+        f'schema = "augment-1"\nseed = 0\n[[augmentation]]\nname = "moved"\n[augmentation.sample]\n{moved}\n'
+    )
+    root = authored(tmp_path / "stage", "craft:0..1", augment=spec)
+    drawn, varied = StageReader(root), StageReader(root, variant="moved")
+    for frame, same in zip(drawn.frames, varied.frames, strict=True):
+        (one,), (other,) = (reader.scene(each).bodies for reader, each in ((drawn, frame), (varied, same)))
+        assert one.target.name == other.target.name
+        assert np.abs(other.target.mesh.box - one.target.mesh.box).max() > 0.05

@@ -94,7 +94,7 @@ def test_every_format_reads_targets_that_a_variant_lists_first(two, tmp_path, sp
     )
     for to in sorted(
         EXPORT_FORMATS.keys()
-        - {"shirt", "tum", "video", "kitti", "spades", "rosbag2"}
+        - {"shirt", "tum", "video", "kitti", "spades", "rosbag2", "unknown_target"}
         - {each.name for each in EVENT_FORMATS}
     ):  # these have one variant, poses that are not read, or events
         write_export(out, to, tmp_path / to)
