@@ -122,19 +122,24 @@ class BodyReader:
         return BodyMotion(velocity=velocity, angular_velocity=R_cam_parent @ motion.rate)
 
     def is_hidden(self, time: Usd.TimeCode) -> bool:
-        """Return whether the body is invisible as a whole at a time; if so its shape is forgotten, since the craft of a
-        set of many would take much memory."""
-        hidden = any(is_invisible(prim, time) for prim in self._chain)
-        if hidden:
-            self._last = self._scale = None
-        return hidden
+        """Return whether the body is invisible as a whole at a time."""
+        return any(is_invisible(prim, time) for prim in self._chain)
+
+    def changes_of_visibility(self) -> list[float]:
+        """List the time codes, ascending, from which on the body may be hidden or shown."""
+        attributes = (UsdGeom.Imageable(prim).GetVisibilityAttr() for prim in self._chain)
+        return sorted({time for attribute in attributes for time in attribute.GetTimeSamples()})
+
+    def forget_shape(self) -> None:
+        """Forget the shape that was read last, which `target_at` reads again."""
+        self._last = self._scale = None
 
     def target_at(self, time: Usd.TimeCode, scale: float) -> Target | None:
         """Read the shape, its axes scaled so: the last one again where nothing in it can vary, or nothing did; with the
         same mesh where materials alone did; None for an occluder that is not visible at all. Raises StageError for such
         a target."""
         same_size = self._scale is not None and abs(scale - self._scale) < UNIT_SCALE_TOLERANCE
-        if same_size and self._varies is Variation.NONE:
+        if same_size and self._varies is Variation.NONE and (self._roots or not self.is_hidden(time)):
             return self._last
         reader = self._open(self.prim, time)
         shaped = self._last if same_size and self._varies is Variation.LOOK else None
@@ -195,8 +200,8 @@ class Variation(Enum):
 
 
 def target_variation(target: Usd.Prim, read: list[Usd.Prim]) -> Variation:
-    """Return the possible changes of the target. read: the prims that it was read from."""
-    if varying(target) or any(visibility_varies(prim) for prim in ancestors(target)):
+    """Return the possible changes of the target where it is not hidden. read: the prims that it was read from."""
+    if varying(target) - {UsdGeom.Tokens.visibility}:
         return Variation.SHAPE
     return _variation_of(
         prim for prim in (*read, *_keypoints_chain(target)) if prim != target and has_varying_attribute(prim)

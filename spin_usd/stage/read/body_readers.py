@@ -1,8 +1,9 @@
 """All bodies of a stage: found in the order of their ids, placed at an exposure, and read without a picture."""
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import islice
 
 import numpy as np
@@ -21,6 +22,7 @@ from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.visibility import first_shown
 
 STILL_PX = 0.05  # from the first to the last light: no picture shows it
+MAX_KEPT_FACES = 1 << 22  # of targets, hidden ones too; 70 bytes each
 
 
 class BodyReaders:
@@ -54,6 +56,7 @@ class BodyReaders:
         make = partial(
             BodyReader, camera=camera, metres=metres, clock=clock, open_reader=open_reader, numbering=numbering
         )
+        self._kept: dict[BodyReader, int] = {}  # faces of targets that were read, the last one last
         found = numbering.in_order(stage)
         if not keep_poses:
             self._readers = tuple(make(body) for body in found)
@@ -77,7 +80,7 @@ class BodyReaders:
         them moves by STILL_PX."""
         time = Usd.TimeCode(opening.middle)
         placed = [(reader, *reader.placed(time, world)) for reader in self._shown(time)]
-        shapes = [(reader, pose, reader.target_at(time, scale)) for reader, pose, scale in placed]
+        shapes = [(reader, pose, self._target(reader, time, scale)) for reader, pose, scale in placed]
         bodies = [
             Body(
                 id=reader.id,
@@ -95,10 +98,41 @@ class BodyReaders:
         poses = read_poses(opening, list(map(partial(_pose_at, opening), shown, bodies)), self._camera.GetPath())
         return tuple(replace(body, poses=own) if own else body for body, own in zip(bodies, poses, strict=True))
 
-    def _shown(self, time: Usd.TimeCode) -> list[BodyReader]:
+    def _target(self, reader: BodyReader, time: Usd.TimeCode, scale: float) -> Target | None:
+        """Read the shape of a body as BodyReader.target_at does; forget those read longest ago where targets have too
+        many faces together."""
+        found = reader.target_at(time, scale)
+        if reader.id != OCCLUDER and found:
+            self._kept.pop(reader, None)
+            self._kept[reader] = found.mesh.count
+            while sum(self._kept.values()) > MAX_KEPT_FACES and len(self._kept) > 1:
+                oldest = next(iter(self._kept))
+                oldest.forget_shape()
+                del self._kept[oldest]
+        return found
+
+    def _shown(self, time: Usd.TimeCode) -> tuple[BodyReader, ...]:
         """Return the bodies without the hidden targets; where all targets are hidden, with the first."""
-        shown = [each for each in self._readers if each.id == OCCLUDER or not each.is_hidden(time)]
-        return shown if shown and shown[0].id != OCCLUDER else [self._readers[0], *shown]
+        changes, shown = self._shown_targets
+        targets = shown[bisect_right(changes, time.GetValue())]
+        return (*(targets or self._readers[:1]), *(each for each in self._readers if each.id == OCCLUDER))
+
+    @cached_property
+    def _shown_targets(self) -> tuple[list[float], list[list[BodyReader]]]:
+        """The N time codes, ascending, from which on other targets are shown, and the N + 1 lists of those shown before
+        each and after the last: of a thousand targets, too many to look at for each picture."""
+        targets = [reader for reader in self._readers if reader.id != OCCLUDER]
+        own = {reader: reader.changes_of_visibility() for reader in targets}
+        changes = sorted({time for times in own.values() for time in times})
+        shown: list[list[BodyReader]] = [[] for _ in range(len(changes) + 1)]
+        for reader, times in own.items():
+            for start, end in zip((None, *times), (*times, None), strict=True):
+                if not reader.is_hidden(Usd.TimeCode.EarliestTime() if start is None else Usd.TimeCode(start)):
+                    first = 0 if start is None else bisect_right(changes, start)
+                    last = len(changes) if end is None else bisect_left(changes, end)
+                    for place in range(first, last + 1):
+                        shown[place].append(reader)
+        return changes, shown
 
     def hidden_targets_at(self, time_code: float) -> Iterator[Body]:
         """Read the targets that are hidden at a time code, each as it is when it first is visible. Raises StageError
@@ -107,7 +141,7 @@ class BodyReaders:
             if reader.id != OCCLUDER and reader.is_hidden(Usd.TimeCode(time_code)):
                 time = first_shown(reader.prim, Usd.TimeCode(time_code))
                 pose, scale = reader.placed(time, UsdGeom.XformCache(time))
-                target = reader.target_at(time, scale)
+                target = self._target(reader, time, scale)
                 assert target  # else it was refused
                 yield Body(id=reader.id, target=target, T_cam_body=pose, part_offset=reader.part_offset)
 
@@ -115,7 +149,7 @@ class BodyReaders:
         """Read the first target alone at a time code, metres."""
         time = Usd.TimeCode(time_code)
         first = self._shown(time)[0]
-        target = first.target_at(time, first.placed(time, UsdGeom.XformCache(time))[1])
+        target = self._target(first, time, first.placed(time, UsdGeom.XformCache(time))[1])
         assert target  # else it was refused
         return target
 
@@ -139,7 +173,7 @@ class BodyReaders:
         time = Usd.TimeCode(time_code)
         world = UsdGeom.XformCache(time)
         targets = (body for body in self._shown(time) if body.id != OCCLUDER)
-        found = {body.id: body.target_at(time, body.placed(time, world)[1]) for body in targets}
+        found = {body.id: self._target(body, time, body.placed(time, world)[1]) for body in targets}
         return {number: target for number, target in found.items() if target}
 
 
