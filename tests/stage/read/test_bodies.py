@@ -133,3 +133,42 @@ def test_geometry_that_holds_a_target_or_the_camera_is_refused(make_stage) -> No
 def test_a_target_of_which_nothing_is_visible_is_refused(make_stage) -> None:
     with pytest.raises(StageError, match="/World/Second: the target has no geometry that is rendered"):
         scenes(make_stage(world=SECOND.replace("def Sphere", "over Sphere")))
+
+
+def in_turn(name: str, shown: str) -> str:
+    """A target that USD's `shown` tokens show, picture by picture."""
+    samples = "\n".join(f'{time}: "{"inherited" if each == "1" else "invisible"}",' for time, each in enumerate(shown))
+    return f"""
+def Xform "{name}" (prepend apiSchemas = ["SpinTargetAPI"])
+{{
+    token visibility.timeSamples = {{
+{samples}
+    }}
+    double3 xformOp:translate = (0, 0, -8)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def Sphere "Ball" {{
+    }}
+}}
+"""
+
+
+@pytest.mark.parametrize("most", [1 << 22, 1])
+def test_targets_in_turn_are_shown_when_usd_shows_them_and_read_once_where_they_are_few(
+    make_stage, monkeypatch, most
+) -> None:
+    monkeypatch.setattr("spin_usd.stage.read.body_readers.MAX_KEPT_FACES", most)
+    shown = ("10010", "01100", "00101")
+    found = scenes(make_stage(metadata=RANGE.replace("2", "4"), world="".join(map(in_turn, "ABC", shown))))
+    names = [[body.target.name for body in scene.targets][1:] for scene in found]
+    assert names == [[name for name, own in zip("ABC", shown, strict=True) if own[time] == "1"] for time in range(5)]
+    again = found[0].targets[1].target is found[3].targets[1].target
+    assert again == (most > 1)
+
+
+def test_a_stage_whose_targets_are_all_hidden_is_refused_also_after_it_showed_them(make_stage) -> None:
+    path = make_stage(metadata=RANGE, world=in_turn("A", "101"))
+    path.write_text(path.read_text().replace('def Xform "Target"', 'over "Target"', 1))
+    reader = StageReader(path)
+    reader.scene(reader.frames[0])
+    with pytest.raises(StageError, match="no geometry that is rendered"):
+        reader.scene(reader.frames[1])
