@@ -58,10 +58,16 @@ class ShareLaw:
 
 @dataclass(frozen=True, kw_only=True)
 class PositionLaw:
-    """The distribution of the body's origin: `range` metres from the camera, and its place in the picture."""
+    """The distribution of the body's origin: its `range` from the camera, and its place in the picture."""
 
     range: Distribution
     place: PlaceLaw
+    in_diameters: bool = False
+    """Whether the range is in diameters of the ball around the body, instead of metres."""
+
+    def away(self, rng: np.random.Generator, hull: Float) -> float:
+        """Return a sampled distance, metres, of a body with the corners `hull` (N, 3)."""
+        return number(self.range, rng) * (2 * ball_of(hull)[1] if self.in_diameters else 1.0)
 
     def places(self, rng: np.random.Generator, camera: Camera, away: float, count: int) -> Float:
         """Return sampled positions (count, 3), metres, camera frame, that are `away` metres off."""
@@ -80,6 +86,10 @@ class BesideLaw:
 
     range: Distribution
     other: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def away(self, rng: np.random.Generator, hull: Float) -> float:
+        """Return a sampled distance, metres, whatever the body's `hull`."""
+        return number(self.range, rng)
 
     def places(self, rng: np.random.Generator, camera: Camera, away: float, count: int) -> Float:
         """Return sampled positions (count, 3), like PositionLaw, `away` metres from the other."""
@@ -147,7 +157,7 @@ class PoseLaw:
         Raises InputError when for none of MAX_POSES ranges and attitudes a place is apart and inside.
         """
         for _ in range(MAX_POSES):
-            q, away = quaternion(self.attitude, rng), number(self.position.range, rng)
+            q, away = quaternion(self.attitude, rng), self.position.away(rng, hull)
             rotation = matrix_from_quaternion(q)
             for count in PLACES:
                 t = self.position.places(rng, camera, away, count)

@@ -34,15 +34,23 @@ Inclusion = Annotated[
     ),
 ]
 ABOVE_0 = {"exclusiveMinimum": 0}
+NUMBERS_ABOVE_0: dict[str, Any] = {
+    "properties": {"value": ABOVE_0, "low": ABOVE_0, "values": {"items": ABOVE_0}},
+    "if": {"properties": {"distribution": {"const": "normal"}}, "required": ["distribution"]},
+    "then": {"required": ["low"]},
+}
 Away = Annotated[
     AnyDistribution,
     Meta(
         description="From the camera to the target's origin, metres: a distribution of numbers above 0.",
-        extra_json_schema={
-            "properties": {"value": ABOVE_0, "low": ABOVE_0, "values": {"items": ABOVE_0}},
-            "if": {"properties": {"distribution": {"const": "normal"}}, "required": ["distribution"]},
-            "then": {"required": ["low"]},
-        },
+        extra_json_schema=NUMBERS_ABOVE_0,
+    ),
+]
+Diameters = Annotated[
+    AnyDistribution,
+    Meta(
+        description="The same in diameters of the ball around the target, for targets of many sizes.",
+        extra_json_schema=NUMBERS_ABOVE_0,
     ),
 ]
 
@@ -97,21 +105,26 @@ class Position(Place, frozen=True, kw_only=True):
         return PositionLaw(range=self.range, place=self.place(frame, where))
 
 
-class Poses(Position, frozen=True, kw_only=True):
-    """Pictures independent of one another."""
+class Poses(Place, frozen=True, kw_only=True):
+    """Pictures independent of one another; with one of range and range_diameters."""
 
+    range: Away | None = None
+    range_diameters: Diameters | None = None
     attitude: Annotated[AnyDistribution, Meta(description="The rotation from body to camera, w, x, y, z.")]
     inside: Inclusion | None = None
 
     def pose_law(self, frame: Frame | None, where: str) -> PoseLaw:
         """Return the law of the poses. Raises InputError with `where`."""
-        return PoseLaw(position=self.law(frame, where), attitude=self.attitude, inside=inside_law(self.inside, where))
+        distance = only({"range": self.range, "range_diameters": self.range_diameters})
+        position = PositionLaw(range=distance, in_diameters=self.range is None, place=self.place(frame, where))
+        return PoseLaw(position=position, attitude=self.attitude, inside=inside_law(self.inside, where))
 
 
 class BodyPoses(Place, frozen=True, kw_only=True):
     """The placement of a further body; missing values are taken from the target's law."""
 
     range: AnyDistribution | None = None
+    range_diameters: AnyDistribution | None = None
     distance: AnyDistribution | None = None
     attitude: AnyDistribution | None = None
     inside: Inclusion | None = None

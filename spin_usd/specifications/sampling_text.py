@@ -75,7 +75,7 @@ def body_text(text: str) -> BodyText:
         elif not _add_pose_word(poses, key, value):
             do = f"use count, {DISTANCE}, {', '.join(POSE_WORDS)}"
             raise InputError("does not state where a body is", where=f"sample {key!r}", do=do)
-    places = ("range", "u_share", "v_share")
+    places = ("range", "range_diameters", "u_share", "v_share")
     if DISTANCE in poses and (other := next((name for name in places if name in poses), None)):
         raise InputError(f"is given beside {DISTANCE}", where=f"sample {other!r}", do="keep one of them")
     return BodyText(text=text, count=count, poses=poses)
@@ -138,11 +138,11 @@ def _numbers(key: str, value: str) -> Words:
 
 
 def _range(key: str, value: str) -> Words:
-    """Return a distribution of ranges, metres."""
+    """Return a distribution of ranges."""
     words = _numbers(key, value)
     least = words.get("low", words.get("value"))
     if least <= 0:
-        raise InputError(f"{value!r} contains {least:g}", where=f"sample {key!r}", do="give metres above 0")
+        raise InputError(f"{value!r} contains {least:g}", where=f"sample {key!r}", do="give numbers above 0")
     return words
 
 
@@ -232,6 +232,7 @@ def _whole(number: float) -> int:
 
 POSE_WORDS: Mapping[str, tuple[str, Callable[[str, str], Any]]] = {
     "range": ("range", _range),
+    "range_diameters": ("range_diameters", _range),
     "attitude": ("attitude", _attitude),
     "facing": ("attitude", _facing),
     "inside": ("inside", _inside),

@@ -192,8 +192,8 @@ def _law(placed: _PlacedBody, usual: PoseLaw | TrajectoryLaw | None) -> PoseLaw:
 def _position(said: BodyPoses, where: str, usual: PoseLaw | None) -> PositionLaw | BesideLaw:
     if said.distance:
         return BesideLaw(range=said.distance)
-    if said.range:
-        return PositionLaw(range=said.range, place=said.place(None, where))
+    if own := said.range or said.range_diameters:
+        return PositionLaw(range=own, in_diameters=said.range is None, place=said.place(None, where))
     if usual is None:
         raise InputError("has no distance of the body", where=where, do="add distance=1..5, metres from the target")
     assert isinstance(usual.position, PositionLaw)

@@ -13,6 +13,7 @@ from spin_usd.commands.author.in_child import author_stage
 from spin_usd.craft.craft import KINDS
 from spin_usd.craft.make_craft import CraftChoice, make_craft
 from spin_usd.errors import InputError
+from spin_usd.sampling.poses import ball_of
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.composition.stage_hash import hash_and_files
 from spin_usd.stage.read.stage_reader import StageReader
@@ -57,6 +58,19 @@ def test_a_file_and_a_further_body_can_be_craft_too(tmp_path: Path) -> None:
     assert names == ["mine", "craft_9"]
     with pytest.raises(InputError, match="no seed"):
         authored(tmp_path / "no", "craft:x")
+
+
+def test_a_range_in_diameters_is_of_the_craft_that_each_picture_shows(tmp_path: Path) -> None:
+    sample = "range_diameters=1.5..2 inside=1 count=8"
+    report = author_stage(sample=sample, target="craft:0..7", camera="spark", resolution="64", out=tmp_path / "stage")
+    reader = StageReader(report.root)
+    bodies = [reader.scene(frame).bodies[0] for frame in reader.frames]
+    diameters = np.array([2 * ball_of(body.target.mesh.points.astype(float))[1] for body in bodies])
+    shares = np.linalg.norm([body.T_cam_body.translation for body in bodies], axis=1) / diameters
+    assert ((shares > 1.5 - 1e-6) & (shares < 2 + 1e-6)).all()
+    assert diameters.max() > 3 * diameters.min()  # in metres none of these ranges would do for all
+    with pytest.raises(InputError, match="has both range and range_diameters"):
+        author_stage(sample="range=3 range_diameters=2 count=1", target="tango", camera="spark", out=tmp_path / "no")
 
 
 @pytest.fixture(scope="module")
