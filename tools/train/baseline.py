@@ -13,7 +13,7 @@ import json
 import os
 import platform
 import time
-from dataclasses import asdict, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,8 @@ import numpy as np
 os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")  # without it CUDA's sums are not the same twice
 
 import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
 
 from train.fit import Fit, Training, fit, predicted
 from train.heatmaps import pose_of, taught
@@ -31,14 +33,34 @@ RESULT = "training.json"
 PUBLISHED = {"size": 256, "layers": 50, "width": 64, "decoder": 256, "batch": 48}
 
 
-def options() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+@dataclass(frozen=True, eq=False)
+class HeatmapLesson:
+    """The heatmaps of the keypoints of a set's pictures."""
+
+    of: PictureSet
+
+    @property
+    def outputs(self) -> int:
+        return len(self.of.points)
+
+    def __len__(self) -> int:
+        return len(self.of.pictures)
+
+    def example(
+        self, place: int, size: int, rng: np.random.Generator | None
+    ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        return taught(self.of.pictures[place], self.of.points, size, rng)
+
+    def loss(self, answers: Tensor, wanted: Tensor) -> Tensor:
+        return nn.functional.mse_loss(answers, wanted)
+
+
+def options(about: str | None) -> argparse.ArgumentParser:
+    """Return the options of all that learn, with this description."""
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("train", type=Path, nargs="+", help="datasets' folders, packs, or DOMAIN/NAME.json of SPEED+")
     parser.add_argument("--out", type=Path, required=True, help="folder of the checkpoint and what is predicted")
     parser.add_argument("--test", action="append", default=[], metavar="NAME=PICTURES", help="again for each set")
-    parser.add_argument("--frames", metavar="A:B:STEP", help="some of the frames")
-    parser.add_argument("--appearances", type=int, metavar="N", help="variants of each frame; all if not given")
-    parser.add_argument("--keypoints", type=Path, metavar="FILE", help="JSON list of points, of a set that has none")
     parser.add_argument("--published", action="store_true", help=f"the published sizes: {PUBLISHED}")
     for field in fields(Training):
         if field.name != "jitter":
@@ -60,7 +82,11 @@ def training_of(given: argparse.Namespace) -> Training:
 
 
 def main() -> None:
-    given = options().parse_args()
+    parser = options(__doc__)
+    parser.add_argument("--frames", metavar="A:B:STEP", help="some of the frames")
+    parser.add_argument("--appearances", type=int, metavar="N", help="variants of each frame; all if not given")
+    parser.add_argument("--keypoints", type=Path, metavar="FILE", help="JSON list of points, of a set that has none")
+    given = parser.parse_args()
     training = training_of(given)
     torch.set_num_threads(given.threads)
     pictures = kept(
@@ -68,7 +94,7 @@ def main() -> None:
     )
     print(f"training on {len(pictures.pictures)} pictures", flush=True)
     how = {"device": given.device, "loaders": given.loaders, "save_every_s": given.save_every}
-    found = fit(pictures, training, given.out, **how)
+    found = fit(HeatmapLesson(pictures), training, given.out, **how)
     for test in given.test:
         name, _, path = test.partition("=")
         of = read_set(Path(path), keypoints=given.keypoints)

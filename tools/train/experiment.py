@@ -41,7 +41,8 @@ from spin_usd.scoring.pose_errors import PoseErrors, scores
 ROOT = Path(__file__).resolve().parents[2]
 FIGURES = ROOT / "tools" / "figures" / "training"
 COMMAND = (sys.executable, "-m", "spin_usd.command_line")
-BASELINE = ROOT / "tools" / "train" / "baseline"
+BASELINE = "baseline"
+"""The tool beside this one that learns poses, from which an experiment's `learner` may differ."""
 COMMAND_THERE = ("python3", "-m", "train.baseline")  # on a machine that has packs; PYTHONPATH has ROOT and tools
 PACK = ROOT / "tools" / "train" / "pack"
 SEEN = ("frames", "appearances")  # a row's options that say what it sees of its set
@@ -53,9 +54,9 @@ RESAMPLED, INTERVAL = 10_000, (0.025, 0.975)  # bootstrap samples; the quantiles
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
-    """name · folder: of its file · training: options of the baseline · seeds · sets, by name: `author` and `render`
+    """name · folder: of its file · training: options of the learner · seeds · sets, by name: `author` and `render`
     options of each · tests: names of those that rows are tried on · rows, by name: `set`, one or a list, and
-    `frames`, `appearances` and options of the baseline of their own."""
+    `frames`, `appearances` and options of the learner of their own · learner: the tool beside this one that learns."""
 
     name: str
     folder: Path
@@ -64,6 +65,7 @@ class Experiment:
     sets: Mapping[str, Mapping[str, Any]]
     tests: Sequence[str]
     rows: Mapping[str, Mapping[str, Any]]
+    learner: str = BASELINE
 
     def files(self, name: str) -> dict[str, Path]:
         """Return those options of `author` for the set that are files beside the experiment's."""
@@ -92,6 +94,7 @@ def read_experiment(path: Path) -> Experiment:
             sets=found["set"],
             tests=found["tests"],
             rows=found["row"],
+            learner=found.get("learner", BASELINE),
         )
     except (OSError, tomllib.TOMLDecodeError, KeyError) as error:
         raise SystemExit(f"{path} is no experiment: {error}") from None
@@ -104,8 +107,12 @@ def read_experiment(path: Path) -> Experiment:
 class Work:
     """What an experiment makes in a folder: sets/NAME with stage and dataset, rows/NAME/SEED with the network."""
 
-    def __init__(self, experiment: Experiment, folder: Path, speedplus: Path | None) -> None:
+    def __init__(
+        self, experiment: Experiment, folder: Path, speedplus: Path | None, also: Mapping[str, Path] | None = None
+    ) -> None:
+        """also: further tests, folders of one or more datasets."""
         self.experiment, self.folder, self.beds = experiment, folder, beds_of(speedplus) if speedplus else {}
+        self.also = also or {}
         self._locks = {name: threading.Lock() for name in experiment.sets}
 
     def place(self, name: str) -> Path:
@@ -136,11 +143,12 @@ class Work:
         sources = [self.dataset(each) for each in self.experiment.sources(name)]
         folder.mkdir(parents=True, exist_ok=True)
         truths = {test: self.dataset(test) for test in self.experiment.tests}
-        truths |= self.beds
+        truths |= {**self.beds, **self.also}
         keypoints = folder / "keypoints.json"
-        keypoints.write_text(json.dumps(spin_usd.Dataset(sources[0]).keypoints.points.tolist()))
+        if self.beds:
+            keypoints.write_text(json.dumps(spin_usd.Dataset(sources[0]).keypoints.points.tolist()))
         beds = ["--keypoints", str(keypoints)] if self.beds else []
-        command = [str(BASELINE), *map(str, sources), *self.seen(name)]
+        command = [str(Path(__file__).with_name(self.experiment.learner)), *map(str, sources), *self.seen(name)]
         command += [*self.learning(name, seed, folder, truths), *beds]
         if not (folder / "training.json").is_file():  # else it was learned, here or on another machine
             with (folder / "log.txt").open("a") as log:
@@ -160,13 +168,20 @@ class Work:
             "train_cpu_s": result["cpu_s"],
             "render_cpu_s": cpu_s * result["pictures"] / every,
             "stages": {each: _stage_hash(self.dataset(each)) for each in self.made(name)},
-            "scores": {test: _score(folder / f"{test}.csv", truth) for test, truth in truths.items()},
+            "scores": {test: self.score(folder, test, truth) for test, truth in truths.items()},
             "versions": {**result["versions"], "spin_usd": spin_usd.__version__},
             "machine": machine(),
             "device": result["device"],
             "commit": (self.place(self.experiment.sources(name)[0]) / "rendered").read_text() or None,
             "finished": result["finished"],
         }
+
+    def score(self, folder: Path, test: str, truth: Path) -> dict[str, Any]:
+        """Return the scores of a row on a test: of its poses, or those that its learner wrote."""
+        if self.experiment.learner == BASELINE:
+            return _score(folder / f"{test}.csv", truth)
+        found: dict[str, Any] = json.loads((folder / f"{test}.json").read_text())
+        return found
 
     def of_row(self, name: str, seed: int) -> Path:
         """Return the row's folder, in that of the work or of packs."""
@@ -202,7 +217,8 @@ class Work:
         experiment, row = self.experiment, self.experiment.rows[name]
         sets = {each: experiment.asked(each) for each in self.made(name)}
         beds = {bed: sha256(file.read_bytes()).hexdigest() for bed, file in self.beds.items()}
-        return _digest([experiment.training, row, sets, beds or ()])
+        also = {test: [_stage_hash(each) for each in _datasets(folder)] for test, folder in self.also.items()}
+        return _digest([experiment.training, row, sets, beds or (), *([also] if also else [])])
 
     def made(self, name: str) -> list[str]:
         """Return the sets that the row needs: those that it learns from, and the tests."""
@@ -264,6 +280,10 @@ def _commit() -> str:
     return f"{head}{'+' if git(['git', 'status', '--porcelain', 'spin_usd', 'stages']).stdout else ''}"
 
 
+def _datasets(folder: Path) -> list[Path]:
+    return [folder] if (folder / "dataset.json").is_file() else sorted(folder.glob("*/dataset"))
+
+
 def _stage_hash(dataset: Path) -> str:
     found: str = spin_usd.Dataset(dataset)[0].record["provenance"]["stage"]["hash"]
     return found
@@ -302,11 +322,19 @@ def main() -> None:
         type=Path,
         help="also score rows on the real pictures of SPEED+, or of a folder with one pose list",
     )
+    parser.add_argument(
+        "--also",
+        action="append",
+        default=[],
+        metavar="NAME=FOLDER",
+        help="also try rows on a dataset, or on the datasets FOLDER/*/dataset",
+    )
     given = parser.parse_args()
-    if given.packs and given.speedplus:
-        parser.error("--packs holds sets of the experiment alone, not those of --speedplus")
+    if given.packs and (given.speedplus or given.also):
+        parser.error("--packs holds sets of the experiment alone, not those of --speedplus and --also")
     experiment = read_experiment(given.experiment)
-    work = Work(experiment, given.work.resolve(), given.speedplus and given.speedplus.resolve())
+    also = {name: Path(folder).resolve() for name, _, folder in (each.partition("=") for each in given.also)}
+    work = Work(experiment, given.work.resolve(), given.speedplus and given.speedplus.resolve(), also)
     rows = given.rows.split(",") if given.rows else list(experiment.rows)
     if unknown := [name for name in rows if name not in experiment.rows]:
         raise SystemExit(

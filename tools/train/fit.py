@@ -5,16 +5,14 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor, nn
+from torch import Tensor
 
-from train.heatmaps import taught
 from train.network import HeatmapNetwork
-from train.pictures import PictureSet
 
 CHECKPOINT = "checkpoint.pt"
 DROPS = (0.7, 0.9)  # of all steps; after each the rate is a tenth
@@ -36,24 +34,43 @@ class Training:
     seed: int = 0
 
 
-class Batches(torch.utils.data.Dataset[tuple[NDArray[np.uint8], NDArray[np.float32]]]):
+class Lesson(Protocol):
+    """Pictures, and what a network learns of each."""
+
+    @property
+    def outputs(self) -> int:
+        """Channels of the network's output."""
+        ...
+
+    def __len__(self) -> int: ...
+
+    def example(self, place: int, size: int, rng: np.random.Generator | None) -> tuple[NDArray[np.uint8], NDArray[Any]]:
+        """Return a crop (S, S) of a picture, and what the network is to answer, (..., S / 4, S / 4); with `rng` of a
+        box that is a little off."""
+        ...
+
+    def loss(self, answers: Tensor, wanted: Tensor) -> Tensor:
+        """Return how far off the answers (B, C, S / 4, S / 4) are."""
+        ...
+
+
+class Batches(torch.utils.data.Dataset[tuple[NDArray[np.uint8], NDArray[Any]]]):
     """The batch of each step: it depends on the seed and the step alone, not on who makes it."""
 
-    def __init__(self, pictures: PictureSet, training: Training) -> None:
-        self.pictures, self.training = pictures, training
+    def __init__(self, lesson: Lesson, training: Training) -> None:
+        self.lesson, self.training = lesson, training
 
     def __len__(self) -> int:
         return self.training.steps
 
-    def __getitem__(self, step: int) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """Return crops (B, S, S) and heatmaps (B, K, S / 4, S / 4)."""
-        training, every = self.training, self.pictures.pictures
+    def __getitem__(self, step: int) -> tuple[NDArray[np.uint8], NDArray[Any]]:
+        """Return crops (B, S, S) and what is wanted of them, (B, ..., S / 4, S / 4)."""
+        training, count = self.training, len(self.lesson)
         rng = np.random.default_rng((training.seed, step))
-        chosen = rng.integers(len(every), size=training.batch) if training.batch < len(every) else range(len(every))
+        chosen = rng.integers(count, size=training.batch).tolist() if training.batch < count else range(count)
         jitter = rng if training.jitter else None
-        made = [taught(every[place], self.pictures.points, training.size, jitter) for place in chosen]
-        crops, heatmaps = zip(*made, strict=True)
-        return np.stack(crops), np.stack(heatmaps)
+        crops, wanted = zip(*(self.lesson.example(place, training.size, jitter) for place in chosen), strict=True)
+        return np.stack(crops), np.stack(wanted)
 
 
 @dataclass(kw_only=True)
@@ -66,12 +83,10 @@ class Fit:
     cpu_s: float
 
 
-def fit(
-    pictures: PictureSet, training: Training, folder: Path, *, device: str, loaders: int, save_every_s: float
-) -> Fit:
-    """Train a network on the pictures, with its checkpoint in the folder, written every so many seconds. loaders:
+def fit(lesson: Lesson, training: Training, folder: Path, *, device: str, loaders: int, save_every_s: float) -> Fit:
+    """Train a network on the lesson, with its checkpoint in the folder, written every so many seconds. loaders:
     processes that make batches."""
-    network, optimiser = learner(len(pictures.points), training, device)
+    network, optimiser = learner(lesson.outputs, training, device)
     found = Fit(network=network, losses=[], cpu_s=0.0)
     file = folder / CHECKPOINT
     if file.is_file():
@@ -79,12 +94,12 @@ def fit(
     done = len(found.losses)
     start, begun, said = time.process_time() - found.cpu_s, time.monotonic(), time.monotonic()
     loader: Any = torch.utils.data.DataLoader(
-        Batches(pictures, training), batch_size=None, sampler=range(done, training.steps), num_workers=loaders
+        Batches(lesson, training), batch_size=None, sampler=range(done, training.steps), num_workers=loaders
     )
-    for crops, heatmaps in loader:
+    for crops, wanted in loader:
         for group in optimiser.param_groups:
             group["lr"] = training.rate * 0.1 ** sum(len(found.losses) >= drop * training.steps for drop in DROPS)
-        found.losses.append(step(network, optimiser, crops, heatmaps, device=device))
+        found.losses.append(step(network, optimiser, lesson, crops, wanted, device=device))
         if time.monotonic() - said > save_every_s:
             said, found.cpu_s = time.monotonic(), time.process_time() - start
             _save(file, training, found, optimiser)
@@ -98,21 +113,27 @@ def fit(
     return found
 
 
-def learner(keypoints: int, training: Training, device: str) -> tuple[HeatmapNetwork, torch.optim.Adam]:
-    """Return the network that the seed begins with, for so many keypoints, and what makes its weights better."""
+def learner(outputs: int, training: Training, device: str) -> tuple[HeatmapNetwork, torch.optim.Adam]:
+    """Return the network that the seed begins with, of so many outputs, and what makes its weights better."""
     torch.manual_seed(training.seed)
     torch.use_deterministic_algorithms(True)
     sizes = {"layers": training.layers, "width": training.width, "decoder": training.decoder}
-    network = HeatmapNetwork(keypoints, **sizes).to(device)
+    network = HeatmapNetwork(outputs, **sizes).to(device)
     network.train()
     return network, torch.optim.Adam(network.parameters(), lr=training.rate)
 
 
 def step(
-    network: HeatmapNetwork, optimiser: torch.optim.Adam, crops: Tensor, heatmaps: Tensor, *, device: str
+    network: HeatmapNetwork,
+    optimiser: torch.optim.Adam,
+    lesson: Lesson,
+    crops: Tensor,
+    wanted: Tensor,
+    *,
+    device: str,
 ) -> float:
     """Learn from a batch, and return its loss before that."""
-    loss = nn.functional.mse_loss(network(as_input(crops, device)), heatmaps.to(device))
+    loss = lesson.loss(network(as_input(crops, device)), wanted.to(device))
     optimiser.zero_grad(set_to_none=True)
     loss.backward()
     optimiser.step()
@@ -127,7 +148,7 @@ def as_input(crops: Tensor, device: str) -> Tensor:
 def predicted(
     network: HeatmapNetwork, crops: Sequence[NDArray[np.uint8]], device: str, batch: int = 64
 ) -> NDArray[np.float32]:
-    """Return the heatmaps (N, K, S / 4, S / 4) of crops."""
+    """Return the answers (N, C, S / 4, S / 4) to crops."""
     network.eval()
     with torch.inference_mode():
         found = [

@@ -58,8 +58,9 @@ class Crop:
         middle = (self.x + self.side * (0.5 + across), self.y + self.side * (0.5 + down))
         return Crop(x=round(middle[0] - side / 2), y=round(middle[1] - side / 2), side=side)
 
-    def of_image(self, image: NDArray[np.uint8], size: int) -> NDArray[np.uint8]:
-        """Return (size, size) of the square; black where there is no picture."""
+    def of_image(self, image: NDArray[np.uint8], size: int, way: int | None = None) -> NDArray[np.uint8]:
+        """Return (size, size) of the square; black where there is no picture. way: OpenCV's interpolation, by default
+        the mean of areas or linear."""
         seen = np.zeros((self.side, self.side), np.uint8)
         rows, columns = (
             range(max(0, at), min(n, at + self.side)) for at, n in zip((self.y, self.x), image.shape, strict=True)
@@ -67,7 +68,8 @@ class Crop:
         if len(rows) and len(columns):
             part = image[rows.start : rows.stop, columns.start : columns.stop]
             seen[rows.start - self.y :, columns.start - self.x :][: len(rows), : len(columns)] = part
-        way = cv2.INTER_AREA if self.side > size else cv2.INTER_LINEAR
+        if way is None:
+            way = cv2.INTER_AREA if self.side > size else cv2.INTER_LINEAR
         return np.asarray(cv2.resize(seen, (size, size), interpolation=way), np.uint8)
 
     def to_crop(self, pixels: Float, size: int) -> Float:
@@ -146,7 +148,7 @@ def _chosen(frames: str | None, count: int) -> range:
 
 
 def _dataset_image(dataset: spin_usd.Dataset, frame: str, variant: str) -> NDArray[np.uint8]:
-    return _grey(dataset.picture(frame, variant).image)
+    return grey(dataset.picture(frame, variant).image)
 
 
 def _of_speedplus(path: Path, frames: str | None, keypoints: Path | None) -> PictureSet:
@@ -198,7 +200,8 @@ def _camera_of(found: Mapping[str, Any]) -> Camera:
     return Camera(**{**found, "distortion": Fisheye(*lens) if len(lens) == len(Fisheye._fields) else tuple(lens)})
 
 
-def _grey(image: NDArray[Any]) -> NDArray[np.uint8]:
+def grey(image: NDArray[Any]) -> NDArray[np.uint8]:
+    """Return an image of 8 or 16 bits, grey or coloured, as a grey one (H, W)."""
     if image.dtype == np.uint8 and image.ndim == 2:
         return image
     if image.dtype == np.uint16:

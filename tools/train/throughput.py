@@ -28,6 +28,7 @@ from spin_usd.basics.arrays import Float
 from spin_usd.geometry.camera import Camera
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.processes.processors import machine
+from train.baseline import HeatmapLesson
 from train.fit import Batches, Training, learner, step
 from train.heatmaps import taught
 from train.pictures import PictureSet, PosedPicture, kept, read_set
@@ -48,7 +49,7 @@ def exported(dataset: Path, to: str, out: Path, *options: str) -> Path:
 def in_batches(pictures: PictureSet, training: Training, loaders: int) -> Iterable[Batch]:
     """Return batches of random pictures, each read from its file."""
     found: Iterable[Batch] = torch.utils.data.DataLoader(
-        Batches(pictures, training), batch_size=None, num_workers=loaders
+        Batches(HeatmapLesson(pictures), training), batch_size=None, num_workers=loaders
     )
     return found
 
@@ -112,7 +113,7 @@ def measure(dataset: Path, training: Training, work: Path) -> dict[str, Any]:
         "SPEED+ folder": partial(in_batches, read_set(poses, keypoints=points), training),
         "webdataset shards": partial(from_shards, shards, own.points, training),
     }
-    learn = partial(step, *learner(len(own.points), training, "cpu"), device="cpu")
+    learn = partial(step, *learner(len(own.points), training, "cpu"), HeatmapLesson(own), device="cpu")
     steps = training.steps - WARM
     found: dict[str, Any] = {"in memory": rate(in_batches(kept(own), training, 0), steps, learn)}
     for name, batches in sources.items():
