@@ -41,6 +41,13 @@ MEANING = {
     "auto": "materials of the library, as `--materials auto` recognises them",
     "auto_1": "the same, of another appearance from pose to pose",
     "auto_3": "the same, three appearances of each pose",
+    "drawn": "Tango as drawn",
+    "bent": "panels and antennas off their places, in each picture otherwise",
+    "bundled": "the four bundled targets",
+    "seeds_1": "one craft from a seed",
+    "seeds_10": "ten",
+    "seeds_100": "a hundred",
+    "seeds_1000": "a thousand",
 }
 
 
@@ -115,6 +122,38 @@ def poses(folder: Path) -> str:
 def looks(folder: Path) -> str:
     """Return what materials of the library are worth on a craft that is not Tango."""
     return _table(rows_of(folder, "looks"))
+
+
+def shapes(folder: Path) -> str:
+    """Return what shapes that vary are worth on a craft that is not quite as drawn."""
+    return _table(rows_of(folder, "shapes"))
+
+
+def segments(folder: Path) -> str:
+    """Return what many craft are worth to a network that finds parts of others: intersections over unions."""
+    rows = _ordered(rows_of(folder, "segments"))
+    first = rows[0].runs[0]
+    headings, cells = ["learned from"], [[_named(row.name)] for row in rows]
+    for test, scores in first["scores"].items():
+        there = [name for name, value in scores["iou"].items() if value is not None]
+        headings += [f"{test}: {name.replace('_', ' ')}" for name in reversed(there)]
+        for row, made in zip(rows, cells, strict=True):
+            made += [_iou(row, test, name) for name in reversed(there)]
+    training = first["training"]
+    craft = ", ".join(f"{test}: {each['craft']}" for test, each in first["scores"].items())
+    note = (
+        f"Intersection over union, percent: mean of {len(rows[0].runs)} seeds with its standard error; in brackets "
+        f"the 95 % interval over craft ({craft}), by bootstrap. {first['pictures']} pictures or a little fewer, "
+        f"{training['steps']} steps of {training['batch']} crops of {training['size']} pixels. {_state(rows)}"
+    )
+    return f"{prose(note)}\n\n{in_markdown(headings, cells)}"
+
+
+def _iou(row: Row, test: str, name: str) -> str:
+    found = [run["scores"][test] for run in row.runs]
+    value, error = _mean([100 * each["iou"][name] for each in found])
+    low, high = (100 * statistics.fmean(each["interval_95"][name][end] for each in found) for end in (0, 1))
+    return f"{_within((value, error))} ({number(low)} to {number(high)})"
 
 
 def real(folder: Path, experiment: str = "real") -> str:
