@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from spin_usd.basics.arrays import Float
-from spin_usd.craft.buses import FAMILIES, Bus, Site
+from spin_usd.craft.buses import FAMILIES, Bus, Family, Site
 from spin_usd.craft.craft import CraftPart, GeneratedCraft, keeps
 from spin_usd.craft.equipment import EQUIPMENT, SUNK, Mount, WingDesign, adapter_ring, body_array, main_engine, wing
 from spin_usd.errors import InputError
@@ -46,13 +46,13 @@ def make_craft(choice: CraftChoice) -> GeneratedCraft:
     family = choice.family or str(rng.choice(list(FAMILIES)))
     if family not in FAMILIES:
         raise InputError(f"there is no family {family!r} of craft", do=f"choose one of {', '.join(FAMILIES)}")
-    bus = FAMILIES[family](rng, choice.size, choice.finish)
-    craft = _Assembly(choice=choice, bus=bus, parts=list(bus.parts))
-    craft.add_wings(family)
-    craft.add_ends(family)
+    bus = FAMILIES[family].make(rng, choice.size, choice.finish)
+    craft = _Assembly(choice=choice, family=FAMILIES[family], bus=bus, parts=list(bus.parts))
+    craft.add_wings()
+    craft.add_ends()
     for key in EQUIPMENT:
-        craft.add_equipment(key, family)
-    craft.add_body_arrays(family)
+        craft.add_equipment(key)
+    craft.add_body_arrays()
     parts = tuple(craft.parts)
     return GeneratedCraft(name=f"craft_{choice.seed}", family=family, parts=parts, symmetries=_symmetries(parts))
 
@@ -88,6 +88,7 @@ class _Assembly:
     """A craft that is being put together."""
 
     choice: CraftChoice
+    family: Family
     bus: Bus
     parts: list[CraftPart]
 
@@ -113,10 +114,9 @@ class _Assembly:
         self.parts.append(part)
         return True
 
-    def add_wings(self, family: str) -> None:
+    def add_wings(self) -> None:
         rng, choice = _stream(self.choice.seed, "wings"), self.choice
-        usual = {"cylinder": (1.0, 0.0, 0.0), "cubesat": (0.45, 0.1, 0.45)}.get(family, (0.15, 0.15, 0.7))
-        count = int(rng.choice(3, p=usual)) if choice.wings is None else choice.wings
+        count = int(rng.choice(3, p=self.family.wings)) if choice.wings is None else choice.wings
         density, power = rng.uniform(*DENSITY), rng.uniform(*POWER)
         area = max(self.bus.volume * density * power / ARRAY, 0.25 * self.bus.volume ** (2 / 3))
         driven = bool(rng.uniform() < 0.6) if choice.driven is None else choice.driven
@@ -136,23 +136,21 @@ class _Assembly:
         standoff = max(0.3 * self.scale, 0.6 * reach)
         return WingDesign(panels=panels, length=length, chord=chord, standoff=standoff, angle_deg=angle, driven=driven)
 
-    def add_ends(self, family: str) -> None:
+    def add_ends(self) -> None:
         """Add the ring to the launcher, and an engine in it."""
         rng = _stream(self.choice.seed, "ends")
         site = self.bus.sites["MinusZ"]
-        if family == "cubesat":
+        if self.family.small:
             return
         self.accept(adapter_ring(self.mount(site, "AdapterRing", rng)))
         if rng.uniform() < 0.6:
             self.accept(main_engine(self.mount(site, "MainEngine", rng)), within="AdapterRing")
 
-    def add_equipment(self, key: str, family: str) -> None:
+    def add_equipment(self, key: str) -> None:
         """Add as many of a kind as find a place."""
         kind, rng = EQUIPMENT[key], _stream(self.choice.seed, key)
-        most = kind.most if family != "cubesat" else kind.most_of_cubesat
-        wanted = int(rng.integers(0, most + 1))
-        wanted = max(wanted, 1) if key in ("omnis", "barrels") else wanted
-        wanted = self.choice.counts.get(key, wanted)
+        drawn = int(rng.integers(0, (kind.most_of_small if self.family.small else kind.most) + 1))
+        wanted = self.choice.counts.get(key, max(drawn, kind.fewest))
         sites = [site for name, site in self.bus.sites.items() if kind.ends or not name.endswith("Z")]
         sites = sites or list(self.bus.sites.values())
         made = 0
@@ -166,7 +164,7 @@ class _Assembly:
             if made == wanted:
                 return
 
-    def add_body_arrays(self, family: str) -> None:
+    def add_body_arrays(self) -> None:
         """Cover bare sides with cells: of a craft without wings most of them, of one with wings few."""
         rng = _stream(self.choice.seed, "arrays")
         winged = any(part.kind == "wing" for part in self.parts)
