@@ -11,12 +11,11 @@ from spin_usd.craft.craft import CraftPart, GeneratedCraft, keeps
 from spin_usd.craft.equipment import EQUIPMENT, SUNK, Mount, WingDesign, adapter_ring, body_array, main_engine, wing
 from spin_usd.errors import InputError
 
-DENSITY = (40.0, 150.0)  # kg/m3; Larson and Wertz, Space Mission Analysis and Design, table 10-28: 20 to 172, mean 79
-POWER = (0.4, 1.6)  # W/kg; the same, tables 10-8 to 10-10 and A-1: about 1, less for large craft
-ARRAY = (
-    230.0  # W/m2 at the end of life: 1361 W/m2 x 0.28 (triple-junction cells) x 0.85 (packing) x 0.7 (heat, angle, age)
-)
-MAX_PANEL_ASPECT = 1.6
+DENSITY = (40.0, 150.0)  # kg/m3; Larson and Wertz, Space Mission Analysis and Design, section 10.5.1: 20 to 172
+POWER = (0.4, 1.6)  # W/kg, our choice
+ARRAY = 230.0  # W/m2 at the end of life, our choice: the Sun's 1361 x 0.28 (cells) x 0.85 (packing) x 0.7 (heat, age)
+LEAST_ARRAY = 0.25  # of the square of the bus's width
+PANELS, PANEL_ASPECT = 6, (0.4, 1.6)  # most of a wing; length over width
 GAP = 0.004  # of the craft's width: what parts keep apart
 
 
@@ -49,7 +48,8 @@ def make_craft(choice: CraftChoice) -> GeneratedCraft:
     bus = FAMILIES[family].make(rng, choice.size, choice.finish)
     craft = _Assembly(choice=choice, family=FAMILIES[family], bus=bus, parts=list(bus.parts))
     craft.add_wings()
-    craft.add_ends()
+    if not craft.family.small:
+        craft.add_ends()
     for key in EQUIPMENT:
         craft.add_equipment(key)
     craft.add_body_arrays()
@@ -118,7 +118,7 @@ class _Assembly:
         rng, choice = _stream(self.choice.seed, "wings"), self.choice
         count = int(rng.choice(3, p=self.family.wings)) if choice.wings is None else choice.wings
         density, power = rng.uniform(*DENSITY), rng.uniform(*POWER)
-        area = max(self.bus.volume * density * power / ARRAY, 0.25 * self.bus.volume ** (2 / 3))
+        area = max(self.bus.volume * density * power / ARRAY, LEAST_ARRAY * self.bus.volume ** (2 / 3))
         driven = bool(rng.uniform() < 0.6) if choice.driven is None else choice.driven
         angle = float(rng.uniform(-80, 80)) if driven else float(rng.choice((0, 0, 90, -90)))
         design = self._design(rng, area / max(count, 1), angle, driven)
@@ -130,8 +130,8 @@ class _Assembly:
     def _design(self, rng: np.random.Generator, area: float, angle: float, driven: bool) -> WingDesign:
         """Return the design of wings of `area` each: as many panels as keep each about as long as it is wide."""
         chord = float(2 * self.bus.sites[self.bus.wings[0]].half[1] * rng.uniform(0.7, 1.2))
-        panels = self.choice.panels or int(np.clip(np.ceil(area / (MAX_PANEL_ASPECT * chord**2)), 1, 6))
-        length = float(np.clip(area / (panels * chord), 0.4 * chord, MAX_PANEL_ASPECT * chord))
+        panels = self.choice.panels or int(np.clip(np.ceil(area / (PANEL_ASPECT[1] * chord**2)), 1, PANELS))
+        length = chord * float(np.clip(area / (panels * chord**2), *PANEL_ASPECT))
         reach = chord * 0.5 * abs(np.sin(np.radians(angle)))  # of a panel that is turned across the bus
         standoff = max(0.3 * self.scale, 0.6 * reach)
         return WingDesign(panels=panels, length=length, chord=chord, standoff=standoff, angle_deg=angle, driven=driven)
@@ -140,8 +140,6 @@ class _Assembly:
         """Add the ring to the launcher, and an engine in it."""
         rng = _stream(self.choice.seed, "ends")
         site = self.bus.sites["MinusZ"]
-        if self.family.small:
-            return
         self.accept(adapter_ring(self.mount(site, "AdapterRing", rng)))
         if rng.uniform() < 0.6:
             self.accept(main_engine(self.mount(site, "MainEngine", rng)), within="AdapterRing")
@@ -167,8 +165,7 @@ class _Assembly:
     def add_body_arrays(self) -> None:
         """Cover bare sides with cells: of a craft without wings most of them, of one with wings few."""
         rng = _stream(self.choice.seed, "arrays")
-        winged = any(part.kind == "wing" for part in self.parts)
-        share = 0.9 if not winged else 0.25
+        share = 0.25 if any(part.kind == "wing" for part in self.parts) else 0.9
         for site in self.bus.sides:
             if rng.uniform() < share:
                 self.accept(body_array(self.mount(site, f"BodyArray{site.name}", rng)))
