@@ -205,11 +205,22 @@ def truss_bus(rng: np.random.Generator, size: float | None, finish: str | None) 
     return Bus(parts=(*bus.parts, truss), sites=bus.sites, wings=bus.wings, volume=bus.volume, bulge=bus.bulge)
 
 
-FAMILIES: Mapping[str, Callable[[np.random.Generator, float | None, str | None], Bus]] = {
-    "box": box_bus,
-    "hexagonal": hexagonal_bus,
-    "cylinder": cylinder_bus,
-    "cubesat": cubesat_bus,
-    "truss": truss_bus,
+@dataclass(frozen=True, kw_only=True)
+class Family:
+    """A family of craft: its bus, and what its craft have on it."""
+
+    make: Callable[[np.random.Generator, float | None, str | None], Bus]
+    """Maker of a bus from the size of its longest edge, or its diameter, and the material of its skin, if chosen."""
+    wings: tuple[float, float, float] = (0.15, 0.15, 0.7)
+    """Probabilities of no wing, one and two."""
+    small: bool = False
+    """True without a ring to the launcher and an engine, and with little equipment."""
+
+
+FAMILIES: Mapping[str, Family] = {
+    "box": Family(make=box_bus),
+    "hexagonal": Family(make=hexagonal_bus),
+    "cylinder": Family(make=cylinder_bus, wings=(1.0, 0.0, 0.0)),
+    "cubesat": Family(make=cubesat_bus, wings=(0.45, 0.1, 0.45), small=True),
+    "truss": Family(make=truss_bus),
 }
-"""Makers of buses, each from the size of its longest edge, or its diameter, and the material of its skin, if chosen."""

@@ -8,7 +8,7 @@ import numpy as np
 from spin_usd.basics.arrays import Float
 from spin_usd.craft.buses import Bus, Site
 from spin_usd.craft.craft import CraftPart, FieldOfView, Joint
-from spin_usd.craft.solids import FRONT, Solid, block, cylinder, lathe, ring, rod, tube, upright
+from spin_usd.craft.solids import FRONT, Point, Solid, block, cylinder, lathe, ring, rod, tube, upright
 
 SUNK = 0.012  # of the bus: how deep equipment reaches into it, so that no faces coincide
 DISHES = ("white_paint", "carbon_fibre", "aluminium", "antenna_radome")
@@ -165,15 +165,17 @@ def radiator(mount: Mount) -> CraftPart | None:
     if (at := mount.free(width, height)) is None:
         return None
     thick = mount.bus.bulge + max(0.008 * mount.scale, 0.004)
-    panel = block((0, 0, (thick + mount.sunk) / 2), (width, height, thick - mount.sunk), "aluminium")
     face = mount.pick("optical_solar_reflector", "optical_solar_reflector", "white_paint")
-    placed = mount.out(panel.with_material(face, FRONT), at)
-    return CraftPart(name=mount.name, kind="radiator", solids=(placed,), keypoints=_front_corners(placed))
+    return _sheet(mount, "radiator", at, (width, height, thick), "aluminium", face)
 
 
-def _front_corners(panel: Solid) -> dict[str, list[float]]:
-    """Return the four corners of a box's front as keypoints."""
-    return {f"corner_{i}": panel.points[corner].tolist() for i, corner in enumerate(panel.faces[FRONT], 1)}
+def _sheet(mount: Mount, kind: str, at: Float, size: Point, material: str, front: str) -> CraftPart:
+    """Return a flat box on its face, whose front, with its four corners as keypoints, is of another material."""
+    width, height, thick = size
+    panel = block((0, 0, (thick + mount.sunk) / 2), (width, height, thick - mount.sunk), material)
+    placed = mount.out(panel.with_material(front, FRONT), at)
+    corners = {f"corner_{i}": placed.points[corner].tolist() for i, corner in enumerate(placed.faces[FRONT], 1)}
+    return CraftPart(name=mount.name, kind=kind, solids=(placed,), keypoints=corners)
 
 
 def body_array(mount: Mount) -> CraftPart | None:
@@ -182,9 +184,7 @@ def body_array(mount: Mount) -> CraftPart | None:
     if mount.site.taken or (at := mount.free(width, height)) is None:
         return None
     thick = mount.bus.bulge + max(0.01 * mount.scale, 0.0025)
-    panel = block((0, 0, (thick + mount.sunk) / 2), (width, height, thick - mount.sunk), "solar_panel_substrate")
-    placed = mount.out(panel.with_material("solar_cell", FRONT), at)
-    return CraftPart(name=mount.name, kind="body_array", solids=(placed,), keypoints=_front_corners(placed))
+    return _sheet(mount, "body_array", at, (width, height, thick), "solar_panel_substrate", "solar_cell")
 
 
 def handle(mount: Mount) -> CraftPart | None:
@@ -309,18 +309,21 @@ class Equipment:
     make: Maker
     ends: bool
     """True if it stands on the top and the bottom too, and not on sides alone."""
+    fewest: int = 0
+    """Number that is wanted at least."""
     most: int
-    """The largest number that is drawn."""
-    most_of_cubesat: int = 1
+    """Largest number that is drawn."""
+    most_of_small: int = 1
+    """Largest number that is drawn for small families."""
 
 
 EQUIPMENT: Mapping[str, Equipment] = {
     "radiators": Equipment(name="Radiator", make=radiator, ends=False, most=2),
-    "barrels": Equipment(name="Barrel", make=barrel, ends=True, most=2),
-    "dishes": Equipment(name="Dish", make=dish, ends=True, most=2, most_of_cubesat=0),
+    "barrels": Equipment(name="Barrel", make=barrel, ends=True, fewest=1, most=2),
+    "dishes": Equipment(name="Dish", make=dish, ends=True, most=2, most_of_small=0),
     "star_trackers": Equipment(name="StarTracker", make=star_tracker, ends=True, most=3),
     "horns": Equipment(name="Horn", make=horn, ends=True, most=3),
-    "omnis": Equipment(name="Omni", make=omni, ends=True, most=4),
+    "omnis": Equipment(name="Omni", make=omni, ends=True, fewest=1, most=4),
     "thrusters": Equipment(name="Thruster", make=thruster, ends=True, most=8),
     "handles": Equipment(name="Handle", make=handle, ends=False, most=3),
     "cables": Equipment(name="Cable", make=cable, ends=False, most=3),

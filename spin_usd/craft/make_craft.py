@@ -6,17 +6,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from spin_usd.basics.arrays import Float
-from spin_usd.craft.buses import FAMILIES, Bus, Site
+from spin_usd.craft.buses import FAMILIES, Bus, Family, Site
 from spin_usd.craft.craft import CraftPart, GeneratedCraft, keeps
 from spin_usd.craft.equipment import EQUIPMENT, SUNK, Mount, WingDesign, adapter_ring, body_array, main_engine, wing
 from spin_usd.errors import InputError
 
-DENSITY = (40.0, 150.0)  # kg/m3; Larson and Wertz, Space Mission Analysis and Design, table 10-28: 20 to 172, mean 79
-POWER = (0.4, 1.6)  # W/kg; the same, tables 10-8 to 10-10 and A-1: about 1, less for large craft
-ARRAY = (
-    230.0  # W/m2 at the end of life: 1361 W/m2 x 0.28 (triple-junction cells) x 0.85 (packing) x 0.7 (heat, angle, age)
-)
-MAX_PANEL_ASPECT = 1.6
+DENSITY = (40.0, 150.0)  # kg/m3; Larson and Wertz, Space Mission Analysis and Design, section 10.5.1: 20 to 172
+POWER = (0.4, 1.6)  # W/kg, our choice
+ARRAY = 230.0  # W/m2 at the end of life, our choice: the Sun's 1361 x 0.28 (cells) x 0.85 (packing) x 0.7 (heat, age)
+LEAST_ARRAY = 0.25  # of the square of the bus's width
+PANELS, PANEL_ASPECT = 6, (0.4, 1.6)  # most of a wing; length over width
 GAP = 0.004  # of the craft's width: what parts keep apart
 
 
@@ -46,13 +45,14 @@ def make_craft(choice: CraftChoice) -> GeneratedCraft:
     family = choice.family or str(rng.choice(list(FAMILIES)))
     if family not in FAMILIES:
         raise InputError(f"there is no family {family!r} of craft", do=f"choose one of {', '.join(FAMILIES)}")
-    bus = FAMILIES[family](rng, choice.size, choice.finish)
-    craft = _Assembly(choice=choice, bus=bus, parts=list(bus.parts))
-    craft.add_wings(family)
-    craft.add_ends(family)
+    bus = FAMILIES[family].make(rng, choice.size, choice.finish)
+    craft = _Assembly(choice=choice, family=FAMILIES[family], bus=bus, parts=list(bus.parts))
+    craft.add_wings()
+    if not craft.family.small:
+        craft.add_ends()
     for key in EQUIPMENT:
-        craft.add_equipment(key, family)
-    craft.add_body_arrays(family)
+        craft.add_equipment(key)
+    craft.add_body_arrays()
     parts = tuple(craft.parts)
     return GeneratedCraft(name=f"craft_{choice.seed}", family=family, parts=parts, symmetries=_symmetries(parts))
 
@@ -88,6 +88,7 @@ class _Assembly:
     """A craft that is being put together."""
 
     choice: CraftChoice
+    family: Family
     bus: Bus
     parts: list[CraftPart]
 
@@ -113,12 +114,11 @@ class _Assembly:
         self.parts.append(part)
         return True
 
-    def add_wings(self, family: str) -> None:
+    def add_wings(self) -> None:
         rng, choice = _stream(self.choice.seed, "wings"), self.choice
-        usual = {"cylinder": (1.0, 0.0, 0.0), "cubesat": (0.45, 0.1, 0.45)}.get(family, (0.15, 0.15, 0.7))
-        count = int(rng.choice(3, p=usual)) if choice.wings is None else choice.wings
+        count = int(rng.choice(3, p=self.family.wings)) if choice.wings is None else choice.wings
         density, power = rng.uniform(*DENSITY), rng.uniform(*POWER)
-        area = max(self.bus.volume * density * power / ARRAY, 0.25 * self.bus.volume ** (2 / 3))
+        area = max(self.bus.volume * density * power / ARRAY, LEAST_ARRAY * self.bus.volume ** (2 / 3))
         driven = bool(rng.uniform() < 0.6) if choice.driven is None else choice.driven
         angle = float(rng.uniform(-80, 80)) if driven else float(rng.choice((0, 0, 90, -90)))
         design = self._design(rng, area / max(count, 1), angle, driven)
@@ -130,29 +130,25 @@ class _Assembly:
     def _design(self, rng: np.random.Generator, area: float, angle: float, driven: bool) -> WingDesign:
         """Return the design of wings of `area` each: as many panels as keep each about as long as it is wide."""
         chord = float(2 * self.bus.sites[self.bus.wings[0]].half[1] * rng.uniform(0.7, 1.2))
-        panels = self.choice.panels or int(np.clip(np.ceil(area / (MAX_PANEL_ASPECT * chord**2)), 1, 6))
-        length = float(np.clip(area / (panels * chord), 0.4 * chord, MAX_PANEL_ASPECT * chord))
+        panels = self.choice.panels or int(np.clip(np.ceil(area / (PANEL_ASPECT[1] * chord**2)), 1, PANELS))
+        length = chord * float(np.clip(area / (panels * chord**2), *PANEL_ASPECT))
         reach = chord * 0.5 * abs(np.sin(np.radians(angle)))  # of a panel that is turned across the bus
         standoff = max(0.3 * self.scale, 0.6 * reach)
         return WingDesign(panels=panels, length=length, chord=chord, standoff=standoff, angle_deg=angle, driven=driven)
 
-    def add_ends(self, family: str) -> None:
+    def add_ends(self) -> None:
         """Add the ring to the launcher, and an engine in it."""
         rng = _stream(self.choice.seed, "ends")
         site = self.bus.sites["MinusZ"]
-        if family == "cubesat":
-            return
         self.accept(adapter_ring(self.mount(site, "AdapterRing", rng)))
         if rng.uniform() < 0.6:
             self.accept(main_engine(self.mount(site, "MainEngine", rng)), within="AdapterRing")
 
-    def add_equipment(self, key: str, family: str) -> None:
+    def add_equipment(self, key: str) -> None:
         """Add as many of a kind as find a place."""
         kind, rng = EQUIPMENT[key], _stream(self.choice.seed, key)
-        most = kind.most if family != "cubesat" else kind.most_of_cubesat
-        wanted = int(rng.integers(0, most + 1))
-        wanted = max(wanted, 1) if key in ("omnis", "barrels") else wanted
-        wanted = self.choice.counts.get(key, wanted)
+        drawn = int(rng.integers(0, (kind.most_of_small if self.family.small else kind.most) + 1))
+        wanted = self.choice.counts.get(key, max(drawn, kind.fewest))
         sites = [site for name, site in self.bus.sites.items() if kind.ends or not name.endswith("Z")]
         sites = sites or list(self.bus.sites.values())
         made = 0
@@ -166,11 +162,10 @@ class _Assembly:
             if made == wanted:
                 return
 
-    def add_body_arrays(self, family: str) -> None:
+    def add_body_arrays(self) -> None:
         """Cover bare sides with cells: of a craft without wings most of them, of one with wings few."""
         rng = _stream(self.choice.seed, "arrays")
-        winged = any(part.kind == "wing" for part in self.parts)
-        share = 0.9 if not winged else 0.25
+        share = 0.25 if any(part.kind == "wing" for part in self.parts) else 0.9
         for site in self.bus.sides:
             if rng.uniform() < share:
                 self.accept(body_array(self.mount(site, f"BodyArray{site.name}", rng)))

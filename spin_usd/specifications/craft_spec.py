@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from typing import Annotated
 
-from msgspec import UNSET, Meta, Struct, UnsetType, structs
+from msgspec import UNSET, Meta, Struct, defstruct, structs
 
 from spin_usd.basics.resources import bundled_names
 from spin_usd.craft.buses import FAMILIES
@@ -19,11 +19,12 @@ SEEDS = re.compile(r"craft:(\d+)(?:\.\.(\d+))?")
 MAX_SEED = 2**63 - 1
 MAX_CRAFT = 1000  # of one stage
 
-Count = Annotated[int, Meta(ge=0, le=20)]
+COUNTS = defstruct("Counts", [(key, Annotated[int, Meta(ge=0, le=20)], UNSET) for key in EQUIPMENT], frozen=True)
+"""The keys of a craft.toml that count equipment."""
 
 
 class CraftTable(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A craft.toml: what it leaves out is drawn from the seed."""
+    """A craft.toml without its COUNTS; missing values are drawn from the seed."""
 
     seed: Annotated[int, Meta(ge=0, le=MAX_SEED)] = 0
     family: str | None = None
@@ -34,15 +35,6 @@ class CraftTable(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     wings: Annotated[int, Meta(ge=0, le=2)] | None = None
     panels: Annotated[int, Meta(ge=1, le=12)] | None = None
     driven: bool | None = None
-    radiators: Count | UnsetType = UNSET
-    barrels: Count | UnsetType = UNSET
-    dishes: Count | UnsetType = UNSET
-    star_trackers: Count | UnsetType = UNSET
-    horns: Count | UnsetType = UNSET
-    omnis: Count | UnsetType = UNSET
-    thrusters: Count | UnsetType = UNSET
-    handles: Count | UnsetType = UNSET
-    cables: Count | UnsetType = UNSET
 
 
 def is_craft(given: str) -> bool:
@@ -64,13 +56,14 @@ def craft_choices(given: str) -> tuple[CraftChoice, ...]:
 
 
 def _of_file(file: Path) -> CraftChoice:
-    table = read_as(CraftTable, read_toml_file(file, MAX_SPECIFICATION), file)
+    tables = dict(read_toml_file(file, MAX_SPECIFICATION))
+    counts = structs.asdict(read_as(COUNTS, {key: tables.pop(key) for key in EQUIPMENT if key in tables}, file))
+    table = read_as(CraftTable, tables, file)
     for key, value, known in (
         ("family", table.family, list(FAMILIES)),
         ("finish", table.finish, bundled_names("material")),
     ):
         if value is not None and value not in known:
             raise InputError(f"{key}: there is no {value!r}", where=file, do=f"choose one of {', '.join(known)}")
-    fields = structs.asdict(table)
-    counts = {key: fields.pop(key) for key in EQUIPMENT}
-    return CraftChoice(**fields, counts={key: count for key, count in counts.items() if count is not UNSET})
+    given = {key: count for key, count in counts.items() if count is not UNSET}
+    return CraftChoice(**structs.asdict(table), counts=given)

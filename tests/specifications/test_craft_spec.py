@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from spin_usd.craft.equipment import EQUIPMENT
 from spin_usd.craft.make_craft import CraftChoice
 from spin_usd.errors import InputError
 from spin_usd.specifications.craft_spec import craft_choices, is_craft
@@ -21,6 +22,12 @@ def test_other_texts_are_refused(text: str) -> None:
         craft_choices(text)
 
 
+def test_a_file_can_count_all_equipment(tmp_path: Path) -> None:
+    file, counts = tmp_path / "craft.toml", {key: number for number, key in enumerate(EQUIPMENT)}
+    file.write_text("".join(f"{key} = {count}\n" for key, count in counts.items()))
+    assert craft_choices(str(file)) == (CraftChoice(counts=counts),)
+
+
 def test_a_file_decides_what_it_names(tmp_path: Path) -> None:
     file = tmp_path / "craft.toml"
     file.write_text('seed = 5\nfamily = "box"\nsize = 2\nfinish = "gold_foil"\nwings = 2\ndishes = 1\n')
@@ -36,7 +43,8 @@ def test_a_file_decides_what_it_names(tmp_path: Path) -> None:
         ('finish = "wood"', "wood"),
         ("sice = 2", "sice"),
         ("size = nan", "size"),
-        ("dishes = -1", "dishes"),
+        ("dishes = -1", "craft.toml: dishes: "),
+        ("cables = 21", "craft.toml: cables: "),
         ("seed = [", "TOML"),
     ],
 )

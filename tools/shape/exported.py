@@ -65,8 +65,11 @@ def write_cloud(path: Path, points: Floats) -> None:
     path.write_bytes(f"{head}{names}end_header\n".encode() + np.ascontiguousarray(points, "<f8").tobytes())
 
 
-def write_mesh(path: Path, points: Floats, faces: NDArray[Any]) -> None:
-    """Write a mesh of points (P, 3), metres, and triangles (F, 3) as PLY."""
+def write_surface(path: Path, values: Floats, low: Floats, step: float) -> Path:
+    """Write as PLY where values (X, Y, Z) at the centres of a grid's cells are 0, found by marching cubes."""
     import trimesh
+    from skimage.measure import marching_cubes
 
-    trimesh.Trimesh(points, faces, process=False).export(path)
+    points, faces, _, _ = marching_cubes(values, 0.0)
+    trimesh.Trimesh(low + (points + 0.5) * step, faces[:, ::-1], process=False).export(path)
+    return path

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from skimage.measure import marching_cubes
 
-from shape.exported import Exported, Floats, centres_of, write_cloud, write_mesh
+from shape.exported import Exported, Floats, centres_of, write_cloud, write_surface
 from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.picture import Picture
 
@@ -32,10 +31,7 @@ def reconstruct(export: Exported, dataset: Dataset, out: Path) -> Path:
         sums[number] += np.minimum(ahead, REACH * step)
         weights[number] += 1
     values = np.where(weights > 0, sums / np.maximum(weights, 1), -REACH * step).reshape(shape)
-    points, faces, _, _ = marching_cubes(values, 0.0)
-    path = out / "fusion.ply"
-    write_mesh(path, low + (points + 0.5) * step, faces[:, ::-1])
-    return path
+    return write_surface(out / "fusion.ply", values, low, step)
 
 
 def _distances(picture: Picture, centres: Floats, reach: float) -> tuple[NDArray[np.intp], Floats]:

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
-from skimage.measure import marching_cubes
 
-from shape.exported import Exported, Floats, camera_of, centres_of, pose_of, write_mesh
+from shape.exported import Exported, Floats, camera_of, centres_of, pose_of, write_surface
 
 CELLS = 200  # of the grid along an edge
 OUTSIDE = 3.0  # cells outside a silhouette, beyond which a place is not looked at again
@@ -20,10 +19,7 @@ def reconstruct(export: Exported, out: Path) -> Path:
     low, high = _bounds(export, np.full((2, 3), [[-np.inf], [np.inf]]), 40)
     low, high = _bounds(export, np.stack([low, high]), 40)
     values, step = _carved(export, low, high, CELLS)
-    points, faces, _, _ = marching_cubes(values, 0.0)
-    path = out / "hull.ply"
-    write_mesh(path, low + (points + 0.5) * step, faces[:, ::-1])
-    return path
+    return write_surface(out / "hull.ply", values, low, step)
 
 
 def _bounds(export: Exported, known: Floats, cells: int) -> tuple[Floats, Floats]:

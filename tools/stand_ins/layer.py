@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdMedia, UsdSemantics, UsdShade
 
-from stand_ins.craft import Box, Craft, Part, Round
+from spin_usd.craft.solids import Solid
+from stand_ins.craft import Craft, Part, Round
 
 VERSION = "1.0.0"
 # Material -> (colour of the matt look, and of the reflective one: colour, metallic, roughness, clearcoat).
@@ -20,7 +21,6 @@ MATERIALS = {
     "GreyBlanket": ((0.30, 0.31, 0.29), ((0.30, 0.31, 0.29), 0.0, 0.65, 0.0)),
     "DarkBlanket": ((0.10, 0.11, 0.10), ((0.09, 0.10, 0.09), 0.0, 0.60, 0.0)),
 }
-FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]  # seen from outside
 NORMALS = [Gf.Vec3f(*normal) for axis in np.eye(3).tolist() for normal in ([-x + 0.0 for x in axis], axis)]
 
 
@@ -68,10 +68,10 @@ def _part(stage: Usd.Stage, root: Usd.Prim, part: Part) -> None:
     binding.SetTargets([root.GetPath().AppendPath(f"mtl/{part.material}")])
 
 
-def _boxes(stage: Usd.Stage, path: Sdf.Path, boxes: tuple[Box, ...]) -> Usd.Prim:
+def _boxes(stage: Usd.Stage, path: Sdf.Path, boxes: tuple[Solid, ...]) -> Usd.Prim:
     mesh = UsdGeom.Mesh.Define(stage, path)
-    points = np.round(np.concatenate([_corners(box) for box in boxes]), 6)
-    indices = [[8 * i + corner for corner in face] for i in range(len(boxes)) for face in FACES]
+    points = np.round(np.concatenate([box.points for box in boxes]), 6)
+    indices = [[8 * i + corner for corner in face] for i, box in enumerate(boxes) for face in box.faces]
     mesh.CreatePointsAttr([Gf.Vec3f(*map(float, p)) for p in points])
     mesh.CreateFaceVertexCountsAttr([4] * len(indices))
     mesh.CreateFaceVertexIndicesAttr([corner for face in indices for corner in face])
@@ -80,11 +80,6 @@ def _boxes(stage: Usd.Stage, path: Sdf.Path, boxes: tuple[Box, ...]) -> Usd.Prim
     mesh.SetNormalsInterpolation(UsdGeom.Tokens.uniform)
     mesh.CreateExtentAttr([Gf.Vec3f(*map(float, p)) for p in (points.min(0), points.max(0))])
     return mesh.GetPrim()
-
-
-def _corners(box: Box) -> np.ndarray:
-    both = (box.low, box.high)
-    return np.array([(both[i][0], both[j][1], both[k][2]) for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 
 
 def _round(stage: Usd.Stage, path: Sdf.Path, solid: Round) -> Usd.Prim:

@@ -24,6 +24,8 @@ class Authoring:
     folder: Path
     """Where the stage is written until it is whole."""
     progress: Progress
+    crafts: Path
+    """Folder of the craft that were made for it."""
     turns: CraftTurns | None = None
     """The craft that the pictures show in turn; None for one target in all."""
     target: TargetAsset = field(init=False)

@@ -35,10 +35,6 @@ class CraftTurns:
     def names(self) -> tuple[str, ...]:
         return tuple(self.hulls)
 
-    def pictures_of(self, name: str) -> list[int]:
-        """Return the pictures that show the craft of that name."""
-        return [place for place, each in enumerate(self.shown) if each == name]
-
 
 def with_craft(
     options: AuthorOptions, folder: Path, sequences: Sequence[str], progress: Progress

@@ -46,18 +46,22 @@ def author_stage(*, progress: Progress = no_progress, **given: Any) -> AuthorRep
     """
     options, pictures = asked_pictures(AuthorOptions(**given), progress)
     with TemporaryDirectory(prefix="spin_usd-") as crafts:
-        options, turns = with_craft(options, Path(crafts), pictures.sequences, progress)
-        return _author(options, pictures, turns, progress)
+        return _author(options, pictures, Path(crafts), progress)
 
 
-def _author(
-    options: AuthorOptions, pictures: AskedPictures, turns: CraftTurns | None, progress: Progress
-) -> AuthorReport:
+def _author(options: AuthorOptions, pictures: AskedPictures, crafts: Path, progress: Progress) -> AuthorReport:
+    options, turns = with_craft(options, crafts, pictures.sequences, progress)
     sources = open_sources(options, pictures.files)
     out, models_root = Path(options.out), Path(options.root) if options.root else None
     with model_roots(sources.models, models_root), new_folder(out) as folder:
         making = Authoring(
-            options=options, pictures=pictures, sources=sources, turns=turns, folder=folder, progress=progress
+            options=options,
+            pictures=pictures,
+            sources=sources,
+            crafts=crafts,
+            turns=turns,
+            folder=folder,
+            progress=progress,
         )
         root = folder / ROOT
         _write_target(making)
@@ -97,7 +101,7 @@ def _write_target(making: Authoring) -> None:
         making.target = replace(making.target, name=making.turns.names[0])
     making.unit = model_unit(file, making.target, units)
     making.notes += notes
-    making.notes += axes_note(file, making.target, "poses are meant in these")
+    making.notes += axes_note(file, making.target, "poses are meant in these", crafts=making.crafts)
     give_materials(making)
     making.notes += _unused(making)
 

@@ -166,11 +166,15 @@ def is_users(file: Path) -> bool:
     return not file.is_relative_to(stages())
 
 
-def axes_note(file: Path, model: TargetAsset, meant: str, *, whose: str = "body") -> tuple[str, ...]:
-    """Return the note on a model's axes, the same for all formats: they are the file's own; () for bundled models.
-    `meant`: what they apply to."""
+def axes_note(
+    file: Path, model: TargetAsset, meant: str, *, whose: str = "body", crafts: Path | None = None
+) -> tuple[str, ...]:
+    """Return the note on a model's axes, the same for all formats: they are the file's own, or the craft's for a file
+    in the folder `crafts`; () for bundled models. `meant`: what they apply to."""
     if not is_users(file):
         return ()
+    if crafts and file.is_relative_to(crafts):
+        return (f"{whose} axes are the craft's own, z away from its launcher: {meant}",)
     called = f", of which it calls {model.up} up" if model.up else ", and it does not state an up axis"
     return (f"{whose} axes are the file's own x, y and z{called}: {meant}",)
 

@@ -70,7 +70,7 @@ def write_others(making: Authoring) -> None:
             meant = "they are the camera's, x right, y down, z forward"
         elif not (own or _is_sampled(body, making)):
             own, meant = making.poses, "they are the first target's, with which it moves"
-        notes |= dict.fromkeys(axes_note(body.file, asset, meant, whose=f"{body.file.name}: its"))
+        notes |= dict.fromkeys(axes_note(body.file, asset, meant, whose=f"{body.file.name}: its", crafts=making.crafts))
         for _ in range(body.said.count):
             named = replace(asset, name=names.give(target_name(body.file.stem)))
             placed.append(_PlacedBody(body=body, asset=named, poses=own))

@@ -37,7 +37,8 @@ def read_written_target(making: Authoring) -> tuple[str, ...]:
             notes = check_written(reader, sources.target_file, making.target, units, selected, at_rest=at_rest)
         if any(map(is_users, sources.models)):
             notes += tuple(in_sentences(_coincident(reader)))
-        first = making.turns.pictures_of(making.turns.names[0]) if making.turns else range(len(making.poses))
+        shown = making.turns.shown if making.turns else (making.target.name,) * len(making.poses)
+        first = [place for place, name in enumerate(shown) if name == making.target.name]
         making.composed = read_composed_target(reader, making.poses, first)
     except (StageError, UnsupportedError, GeometryError) as refused:
         gone = f"{making.folder}/"

@@ -21,8 +21,8 @@ from spin_usd.files.new_file import write_whole
 from spin_usd.files.size_limits import MAX_POSE_LIST
 from spin_usd.formats.array_file import encoded_point_cloud, read_array
 from spin_usd.geometry.directions import sphere
-from spin_usd.geometry.solids import closed_faces, windings
 from spin_usd.geometry.triangles import areas, spread_points, unit_normals
+from spin_usd.geometry.winding import closed_faces, windings
 from spin_usd.reading.description import DescribedPart
 
 FOLDER = "truth"

@@ -11,21 +11,17 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade, Vt
 
 from spin_usd.scene.asset import Hinge, MeshAsset
 from spin_usd.stage.author.added_layer import author_keypoints
-from spin_usd.stage.author.diffuse_materials import INPUTS
 from spin_usd.stage.author.from_mesh_file import author_geometry, author_interface, bind_faces
-from spin_usd.stage.author.looks import LOOK, MATT, REFLECTIVE, SURFACE
-from spin_usd.stage.author.material_library import copy_material, shader_inputs
+from spin_usd.stage.author.looks import LOOK, MATERIALS, MATT, REFLECTIVE
+from spin_usd.stage.author.material_library import SURFACE, author_matt, copy_material
 from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.composition.open_stage import silenced
 from spin_usd.stage.usd.conversion import identifier, quatd
 from spin_usd.stage.usd.layer_file import author_metadata, export
-from spin_usd.stage.usd.shader_inputs import PREVIEW_SURFACE
 
-MATERIALS = "Materials"
 CUSTOM = "spin"
 """The dictionary in the customData of a craft's root; its `symmetries` are the rotations, as quaternions, that leave
 the craft as it is."""
-TYPES = Sdf.ValueTypeNames
 
 
 def write_crafts(crafts: Sequence[MeshAsset], file: Path, documentation: str) -> None:
@@ -78,16 +74,7 @@ def _author_looks(root: Sdf.PrimSpec, materials: Sequence[str]) -> None:
             material = Sdf.PrimSpec(scope, name, Sdf.SpecifierDef, "Material")
             material.referenceList.Prepend(Sdf.Reference(f"./materials/{name}.usda"))
             if look == MATT:
-                _author_matt(Sdf.PrimSpec(material, SURFACE, Sdf.SpecifierOver), name)
-
-
-def _author_matt(surface: Sdf.PrimSpec, material: str) -> None:
-    for name, (kind, value) in INPUTS.items():
-        spec = Sdf.AttributeSpec(surface, name, kind)
-        spec.default = value
-        spec.connectionPathList.ClearEditsAndMakeExplicit()  # a texture's connection would beat the number
-    if "inputs:normal" in shader_inputs(material, PREVIEW_SURFACE)[SURFACE]:
-        Sdf.AttributeSpec(surface, "inputs:normal", TYPES.Normal3f).connectionPathList.ClearEditsAndMakeExplicit()
+                author_matt(Sdf.PrimSpec(material, SURFACE, Sdf.SpecifierOver), name)
 
 
 def _author_hinge(joint: UsdPhysics.RevoluteJoint, hinge: Hinge) -> None:

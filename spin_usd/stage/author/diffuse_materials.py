@@ -59,11 +59,7 @@ def author_diffuse_materials(model: Sdf.PrimSpec, displayed: Sdf.Path, overrides
     for path in overrides.instances:
         _below(model, path).instanceable = False
     for path in overrides.surfaces:
-        shader = _below(model, path)
-        for name, (kind, value) in INPUTS.items():
-            spec = Sdf.AttributeSpec(shader, name, kind)
-            spec.default = value
-            spec.connectionPathList.ClearEditsAndMakeExplicit()  # a texture's connection would beat the number
+        author_diffuse(_below(model, path))
     if overrides.displayed:
         _author_displayed(model.layer, displayed)
         schemas = Sdf.TokenListOp()
@@ -71,6 +67,14 @@ def author_diffuse_materials(model: Sdf.PrimSpec, displayed: Sdf.Path, overrides
         model.SetInfo("apiSchemas", schemas)
         binding = Sdf.RelationshipSpec(model, UsdShade.Tokens.materialBinding, custom=False)
         binding.targetPathList.explicitItems = [_composed(displayed)]
+
+
+def author_diffuse(surface: Sdf.PrimSpec) -> None:
+    """Write the opinions over one UsdPreviewSurface."""
+    for name, (kind, value) in INPUTS.items():
+        spec = Sdf.AttributeSpec(surface, name, kind)
+        spec.default = value
+        spec.connectionPathList.ClearEditsAndMakeExplicit()  # a texture's connection would beat the number
 
 
 def _below(model: Sdf.PrimSpec, relative: str) -> Sdf.PrimSpec:

@@ -16,7 +16,7 @@ from spin_usd.basics.unique_names import UniqueNames
 from spin_usd.errors import InputError
 from spin_usd.scene.name_rule import Color
 from spin_usd.stage.author.diffuse_materials import DISPLAYED, author_diffuse_materials, find_diffuse_overrides
-from spin_usd.stage.author.material_library import copy_material, shader_inputs
+from spin_usd.stage.author.material_library import SURFACE, author_matt, copy_material, shader_inputs
 from spin_usd.stage.author.model_surfaces import ModelSurface, model_surfaces
 from spin_usd.stage.author.target_asset import TargetAsset, describe
 from spin_usd.stage.author.texture_coordinates import author_coordinates
@@ -24,12 +24,11 @@ from spin_usd.stage.composition.open_layer import stage_on
 from spin_usd.stage.composition.open_stage import open_as_it_is
 from spin_usd.stage.read.bodies.face_subsets import binds_material, find_subsets
 from spin_usd.stage.usd.layer_file import author_metadata, export
-from spin_usd.stage.usd.shader_inputs import PREVIEW_SURFACE
 from spin_usd.stage.usd.values import array
 
 LOOK, MATT, REFLECTIVE = "look", "matt", "reflective"
-MATERIALS, SURFACE = "Materials", "Surface"
-"""The scope of the materials, and the UsdPreviewSurface of each, as the library has it."""
+MATERIALS = "Materials"
+"""The scope of the materials."""
 BINDING = "material:binding"
 TYPES = Sdf.ValueTypeNames
 TIME = Usd.TimeCode.EarliestTime()
@@ -99,12 +98,13 @@ def write_looks(
     matt, rich = (Sdf.CreateVariantInLayer(layer, path, LOOK, each).primSpec for each in (MATT, REFLECTIVE))
     for look in (rich,) if rich_alone else (matt, rich):
         look.referenceList.Prepend(Sdf.Reference(f"./{folder.name}/finishes.usda"))
-    diffuse = find_diffuse_overrides(asset.file, asset.prim)
     if not rich_alone:
         layer.GetPrimAtPath(path).variantSelections[LOOK] = REFLECTIVE
-        diffuse = replace(diffuse, surfaces=(*diffuse.surfaces, *finished.surfaces))
-        _smooth(matt, finished)
-    author_diffuse_materials(matt, matt.path.AppendChild(names.give(DISPLAYED)), diffuse)
+        for finish, material in finished.materials.items():
+            surface_path = material.path.AppendChild(SURFACE).ReplacePrefix(path, matt.path)
+            author_matt(Sdf.CreatePrimInLayer(layer, surface_path), finish.material)
+    overrides = find_diffuse_overrides(asset.file, asset.prim)
+    author_diffuse_materials(matt, matt.path.AppendChild(names.give(DISPLAYED)), overrides)
     export(layer, file)
     made = describe(file, asset.name)
     return replace(made, source_prim=asset.source_prim, notes=asset.notes, left_out=asset.left_out, up=asset.up)
@@ -135,11 +135,6 @@ class _Finished:
         self.root = Sdf.CreatePrimInLayer(self.layer, Sdf.Path.absoluteRootPath.AppendChild(root.GetName()))
         self._scope = _define(self.root, scope, "Scope")
         self.materials: dict[Finish, Sdf.PrimSpec] = {}
-
-    @property
-    def surfaces(self) -> tuple[str, ...]:
-        """The paths of the materials' UsdPreviewSurface nodes, relative to the root."""
-        return tuple(f"{self._scope.name}/{each.name}/{SURFACE}" for each in self.materials.values())
 
     def material(self, finish: Finish) -> Sdf.Path:
         """Return the path of the material of that finish, over the library's, whose layer is beside this one."""
@@ -192,15 +187,6 @@ def _author_finish(made: Sdf.PrimSpec, finish: Finish) -> None:
 
 def _binding(prim: Sdf.PrimSpec, name: str) -> Sdf.RelationshipSpec:
     return prim.relationships.get(name) or Sdf.RelationshipSpec(prim, name, custom=False)
-
-
-def _smooth(matt: Sdf.PrimSpec, finished: _Finished) -> None:
-    """Leave out the normal maps of the materials in the look `matt`."""
-    for finish, material in finished.materials.items():
-        if "inputs:normal" in shader_inputs(finish.material, PREVIEW_SURFACE)[SURFACE]:
-            path = material.path.AppendChild(SURFACE).ReplacePrefix(finished.root.path, matt.path)
-            normal = Sdf.AttributeSpec(Sdf.CreatePrimInLayer(matt.layer, path), "inputs:normal", TYPES.Normal3f)
-            normal.connectionPathList.ClearEditsAndMakeExplicit()
 
 
 def _coordinates(root: Usd.Prim, surfaces: Iterable[ModelSurface], metres_per_unit: float) -> Sdf.Layer:

@@ -4,15 +4,21 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from pxr import Sdf
+
 from spin_usd.basics.resources import bundled, bundled_names
 from spin_usd.scene.derived.recognised_material import Vocabulary
+from spin_usd.stage.author.diffuse_materials import TYPES, author_diffuse
 from spin_usd.stage.author.lights_and_environment import composed
 from spin_usd.stage.composition.copy_stage import copy_assets
 from spin_usd.stage.composition.open_layer import open_layer
 from spin_usd.stage.usd.layer_file import export
+from spin_usd.stage.usd.shader_inputs import PREVIEW_SURFACE
 
 CUSTOM = "spin"
 """The dictionary in the customData of a library's material."""
+SURFACE = "Surface"
+"""The UsdPreviewSurface of a library's material."""
 
 
 def vocabulary() -> Vocabulary:
@@ -34,6 +40,13 @@ def copy_material(name: str, folder: Path) -> None:
     copy.documentation = layer.documentation
     copy_assets(copy, folder / "textures")
     export(copy, folder / f"{name}.usda")
+
+
+def author_matt(surface: Sdf.PrimSpec, material: str) -> None:
+    """Make the surface of a material of the library diffuse, and leave out its normal map."""
+    author_diffuse(surface)
+    if "inputs:normal" in shader_inputs(material, PREVIEW_SURFACE)[SURFACE]:
+        Sdf.AttributeSpec(surface, "inputs:normal", TYPES.Normal3f).connectionPathList.ClearEditsAndMakeExplicit()
 
 
 def shader_inputs(name: str, node: str) -> dict[str, dict[str, Any]]:

@@ -52,8 +52,15 @@ def test_the_same_seed_is_the_same_stage_and_another_is_another(tmp_path: Path) 
 def test_a_file_and_a_further_body_can_be_craft_too(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     file.write_text('seed = 5\nfamily = "cubesat"\nsize = 0.3\n')
-    root = authored(tmp_path / "stage", str(file), also=["craft:9:distance=3..4"])
-    reader = StageReader(root)
+    report = author_stage(
+        sample=SAMPLE, target=file, camera="speedplus", out=tmp_path / "stage", also=["craft:9:distance=3..4"]
+    )
+    own = "axes are the craft's own, z away from its launcher"
+    assert {note for note in report.notes if "axes" in note} == {
+        f"body {own}: poses are meant in these",
+        f"craft_9.usdc: its {own}: its poses are meant in these",
+    }
+    reader = StageReader(report.root)
     names = [body.target.name for body in reader.scene(reader.frames[0]).bodies]
     assert names == ["mine", "craft_9"]
     with pytest.raises(InputError, match="no seed"):

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from spin_usd.geometry.solids import closed_faces, windings
+from spin_usd.geometry.winding import closed_faces, windings
 
 STEP = 0.07
 
