@@ -12,9 +12,10 @@ from spin_usd.craft.equipment import EQUIPMENT, SUNK, Mount, WingDesign, adapter
 from spin_usd.errors import InputError
 
 DENSITY = (40.0, 150.0)  # kg/m3; Larson and Wertz, Space Mission Analysis and Design, section 10.5.1: 20 to 172
-POWER = (0.4, 1.6)  # W/kg, our choice
-ARRAY = 230.0  # W/m2 at the end of life, our choice: the Sun's 1361 x 0.28 (cells) x 0.85 (packing) x 0.7 (heat, age)
-LEAST_ARRAY = 0.25  # of the square of the bus's width
+POWER = (0.5, 3.0)  # W/kg, our choice
+ARRAY = (110.0, 230.0)  # W/m2 at the end of life, our choice: the Sun's 1361 x 0.14 to 0.28 x 0.85 (packing) x 0.7
+CHARGING = (1.2, 2.1)  # an array's power over the craft's, our choice: losses alone, or 35 min of eclipse in 100 too
+LEAST_ARRAY = 1.0  # of the square of the bus's width, our choice: who unfolds wings has more cells than a side holds
 PANELS, PANEL_ASPECT = 6, (0.4, 1.6)  # most of a wing; length over width
 GAP = 0.004  # of the craft's width: what parts keep apart
 
@@ -118,7 +119,9 @@ class _Assembly:
         rng, choice = _stream(self.choice.seed, "wings"), self.choice
         count = int(rng.choice(3, p=self.family.wings)) if choice.wings is None else choice.wings
         density, power = rng.uniform(*DENSITY), rng.uniform(*POWER)
-        area = max(self.bus.volume * density * power / ARRAY, LEAST_ARRAY * self.bus.volume ** (2 / 3))
+        cells = _stream(self.choice.seed, "cells")
+        needed = self.bus.volume * density * power * cells.uniform(*CHARGING) / cells.uniform(*ARRAY)
+        area = max(needed, LEAST_ARRAY * self.bus.volume ** (2 / 3))
         driven = bool(rng.uniform() < 0.6) if choice.driven is None else choice.driven
         angle = float(rng.uniform(-80, 80)) if driven else float(rng.choice((0, 0, 90, -90)))
         design = self._design(rng, area / max(count, 1), angle, driven)

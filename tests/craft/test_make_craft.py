@@ -12,6 +12,7 @@ from spin_usd.craft.craft import KINDS, CraftPart, GeneratedCraft
 from spin_usd.craft.equipment import EQUIPMENT
 from spin_usd.craft.make_craft import (
     ARRAY,
+    CHARGING,
     DENSITY,
     LEAST_ARRAY,
     PANEL_ASPECT,
@@ -127,6 +128,10 @@ def test_the_engine_pushes_through_the_centre() -> None:
         np.testing.assert_allclose(engine.points.mean(axis=0)[:2], 0, atol=1e-3)
 
 
+def volume_of_bus(craft: GeneratedCraft) -> float:
+    return float(np.prod(np.ptp(list(craft.parts[0].keypoints.values()), axis=0)))
+
+
 def areas_of_wings(craft: GeneratedCraft) -> list[tuple[float, float]]:
     """The area of the cells of each wing, and the square of its panels' width, m2."""
     found = []
@@ -142,8 +147,9 @@ def test_wings_have_the_area_of_the_power_that_a_bus_needs(size: float | None) -
     placed = 0
     for seed in SEEDS:
         craft = make_craft(CraftChoice(seed=seed, family="box", wings=2, size=size))
-        volume = float(np.prod(np.ptp(list(craft.parts[0].keypoints.values()), axis=0)))
-        least, most = (volume * density * power / ARRAY / 2 for density, power in zip(DENSITY, POWER, strict=True))
+        volume = volume_of_bus(craft)
+        powers = (np.prod(each) for each in zip(DENSITY, POWER, CHARGING, strict=True))
+        least, most = (volume * power / yields / 2 for power, yields in zip(powers, ARRAY[::-1], strict=True))
         for cells, square in areas_of_wings(craft):
             smallest = max(PANEL_ASPECT[0] * square, LEAST_ARRAY / 2 * volume ** (2 / 3))
             assert cells >= min(least, PANELS * PANEL_ASPECT[1] * square) * (1 - ROUNDING)
@@ -153,15 +159,17 @@ def test_wings_have_the_area_of_the_power_that_a_bus_needs(size: float | None) -
 
 
 def test_the_area_of_wings_grows_as_the_volume_of_the_bus() -> None:
-    """For the same seed the same density and power, where no panel is the shortest, or the longest of six."""
+    """For the same seed the same density and power, where wings are not the least, nor panels the shortest, or the
+    longest of six."""
     compared, (low, high) = 0, (PANEL_ASPECT[0] * (1 + ROUNDING), PANELS * PANEL_ASPECT[1] * (1 - ROUNDING))
     for seed in SEEDS:
-        choices = [CraftChoice(seed=seed, family="box", wings=2, size=size) for size in (10.0, 12.0)]
-        for (cells, square), (more, wider) in zip(*(areas_of_wings(make_craft(each)) for each in choices), strict=True):
-            if low * square < cells and more < high * wider:
+        both = [make_craft(CraftChoice(seed=seed, family="box", wings=2, size=size)) for size in (5.0, 6.0)]
+        least = LEAST_ARRAY / 2 * volume_of_bus(both[0]) ** (2 / 3) * (1 + ROUNDING)
+        for (cells, square), (more, wider) in zip(*map(areas_of_wings, both), strict=True):
+            if max(low * square, least) < cells and more < high * wider:
                 assert more == pytest.approx(cells * 1.2**3, rel=ROUNDING)
                 compared += 1
-    assert compared > 0.9 * 2 * len(SEEDS)
+    assert compared > 0.7 * 2 * len(SEEDS)
 
 
 def test_stated_symmetries_keep_the_surface_and_others_are_not_stated() -> None:

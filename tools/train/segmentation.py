@@ -131,7 +131,7 @@ def unions(counts: NDArray[Any]) -> Float:
     """Return intersections over unions (..., C) of counts (..., C, C); NaN of a class that is in no picture."""
     both = np.diagonal(counts, axis1=-2, axis2=-1).astype(np.float64)
     there = counts.sum(-1)
-    return np.divide(both, there + counts.sum(-2) - both, out=np.full(both.shape, np.nan), where=there > 0)
+    return np.asarray(np.divide(both, there + counts.sum(-2) - both, out=np.full(both.shape, np.nan), where=there > 0))
 
 
 def scores(counts: NDArray[np.int64], groups: Sequence[str]) -> dict[str, Any]:
