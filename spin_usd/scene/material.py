@@ -68,6 +68,11 @@ class Material:
         return digest([content(getattr(self, name)) for name in sorted(self.__dataclass_fields__) if name != "path"])
 
     @property
+    def name(self) -> str:
+        """Return the name of the material's prim; empty for a displayColor."""
+        return "" if "." in self.path else self.path.rpartition("/")[2]
+
+    @property
     def tangent_primvar(self) -> str:
         """The 2-D primvar along which its normal map turns normals: their texture's own, else USD's usual `st`."""
         texture = self.normal

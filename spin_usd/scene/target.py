@@ -104,9 +104,8 @@ class Target:
                 pairs |= {(int(part), material) for part in each.parts[:, column]}
         found: dict[int, tuple[str, ...]] = {}
         for part, material in sorted(pairs):
-            path = self.materials[material].path
-            if path and "." not in path:
-                found[part] = (*found.get(part, ()), path.rpartition("/")[2])
+            if name := self.materials[material].name:
+                found[part] = (*found.get(part, ()), name)
         return found
 
     @cached_property

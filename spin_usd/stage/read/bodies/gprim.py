@@ -104,9 +104,10 @@ class GprimReader:
     notes: Notes
     keep_transparent: bool = False
     labels: list[Labels] = field(default_factory=list)
-    materials: dict[Material, int] = field(default_factory=dict)
+    materials: list[Material] = field(default_factory=list)
     uses: dict[tuple[str, frozenset[str]], MaterialUse] = field(default_factory=dict)
     _part_number: dict[tuple[str, str], int] = field(default_factory=dict)
+    _material_number: dict[tuple[Material, str], int] = field(default_factory=dict)
     _meshes: dict[Any, GprimMesh] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -262,4 +263,7 @@ class GprimReader:
         return number
 
     def _material(self, material: Material) -> int:
-        return self.materials.setdefault(material, len(self.materials))
+        number = self._material_number.setdefault((material, material.name), len(self.materials))
+        if number == len(self.materials):
+            self.materials.append(material)
+        return number

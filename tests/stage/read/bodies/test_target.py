@@ -329,6 +329,11 @@ def test_materials_by_face_and_leftover_faces(read_scene) -> None:
     assert (colors == [1, 0, 0]).all(1).sum() == 10
 
 
+def test_materials_of_equal_values_keep_their_names(read_scene) -> None:
+    equal = two_materials().replace("(0, 0, 1)", "(1, 0, 0)")
+    assert read_scene(equal).bodies[0].target.part_materials == {1: ("Red", "Blue")}
+
+
 KEYPOINTS = """
     def Cube "Box" {}
     def Xform "Marks"
