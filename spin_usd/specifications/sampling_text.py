@@ -216,7 +216,7 @@ def _within(key: str, number: float, least: float, most: float) -> float:
 
 def _number(key: str, value: str) -> float:
     if not re.fullmatch(NUMBER, value):
-        do = "write a number, or LOW..HIGH where numbers are sampled"
+        do = "give one number" if SPAN.fullmatch(value) else "write a number, or LOW..HIGH where numbers are sampled"
         raise InputError(f"{value!r} is not a number", where=f"sample {key!r}", do=do)
     number = float(value)
     if not isfinite(number):

@@ -96,6 +96,7 @@ def test_the_count_is_in_the_text_or_beside_it() -> None:
         ("facing=0,0,1:-5 count=3", "'facing': -5 is not from 0 to 180"),
         ("facing=0,0,0:5 count=3", "'facing': '0,0,0:5' is all zeros"),
         ("sun.direction=0,0,-1:400 count=3", "'sun.direction': 400 is not from 0 to 180"),
+        ("target_lit_deg=0..60 count=3", "'target_lit_deg': '0..60' is not a number; give one number"),
         ("target_lit_deg=400 count=3", "'target_lit_deg': 400 is not from 0 to 180"),
         ("attitude=1,0,0 count=3", "W,X,Y,Z"),
         ("attitude=uniform facing=0,0,1:3 count=3", "beside attitude"),
