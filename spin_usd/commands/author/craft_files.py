@@ -90,8 +90,9 @@ def _further(given: str, folder: Path) -> str:
     if not is_craft(model):
         return given
     choices = craft_choices(model)
+    if len(choices) > 1:
+        do = "repeat --also for each, or show them in turn with --target"
+        raise InputError(f"{model!r} is several craft, and a further body is one", do=do)
     file = folder / f"{_name(model, choices)}.usdc"
-    write_crafts(
-        [model_of(make_craft(each)) for each in choices], file, f"Made by spin-usd author from {Path(model).name}."
-    )
+    write_crafts([model_of(make_craft(choices[0]))], file, f"Made by spin-usd author from {Path(model).name}.")
     return f"{file}{poses}"

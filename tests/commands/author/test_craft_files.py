@@ -65,6 +65,8 @@ def test_a_file_and_a_further_body_can_be_craft_too(tmp_path: Path) -> None:
     assert names == ["mine", "craft_9"]
     with pytest.raises(InputError, match="no seed"):
         authored(tmp_path / "no", "craft:x")
+    with pytest.raises(InputError, match=r"craft:0\.\.3' is several craft, and a further body is one"):
+        authored(tmp_path / "no", "tango", also=["craft:0..3"])
 
 
 def test_a_range_in_diameters_is_of_the_craft_that_each_picture_shows(tmp_path: Path) -> None:
