@@ -98,6 +98,8 @@ def read_experiment(path: Path) -> Experiment:
         )
     except (OSError, tomllib.TOMLDecodeError, KeyError) as error:
         raise SystemExit(f"{path} is no experiment: {error}") from None
+    if not Path(__file__).with_name(read.learner).is_file():
+        raise SystemExit(f"{path} has the learner {read.learner!r}; choose {BASELINE} or segmentation")
     wanted = {*read.tests, *(name for row in read.rows for name in read.sources(row))}
     if unknown := sorted(wanted - set(read.sets)):
         raise SystemExit(f"{path} has no set {', '.join(unknown)}; choose among {', '.join(read.sets)}")
