@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spin_usd.basics.arrays import Float
-from spin_usd.basics.progress import Progress
+from spin_usd.basics.progress import Progress, no_progress
 from spin_usd.errors import InputError
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.geometry.directions import sphere
@@ -48,17 +48,17 @@ class StagePlanner:
 
     opened: OpenedStage
 
-    def __init__(self, request: OpenPlan | None = None) -> None:
+    def __init__(self, request: OpenPlan | None = None, progress: Progress = no_progress) -> None:
         self._reader: StageReader | None = None
         if request:
-            self.opened, self._reader = open_plan(request)
+            self.opened, self._reader = open_plan(request, progress)
 
     def pictures(self, request: PlanPart, progress: Progress) -> list[PlannedPart]:
         """Plan some of its pictures, as plan_pictures; open the stage of the request if none is open yet."""
         return plan_pictures(request, progress, self._reader)
 
 
-def open_plan(request: OpenPlan) -> tuple[OpenedStage, StageReader]:
+def open_plan(request: OpenPlan, progress: Progress = no_progress) -> tuple[OpenedStage, StageReader]:
     """Return the description of the stage as a whole; and the stage's reader, for `plan_pictures`."""
     root = Path(request.stage)
     if request.copy_to:
@@ -81,7 +81,7 @@ def open_plan(request: OpenPlan) -> tuple[OpenedStage, StageReader]:
         names=[frame.name for frame in reader.frames],
         chosen=list(chosen),
         origin=origin_of(reader.stage),
-        content=stage_content(reader),
+        content=stage_content(reader, progress),
         trial_s=trial_seconds() if request.trial else None,
     )
     return opened, reader
@@ -147,10 +147,13 @@ def wanted_variants(asked: Sequence[str], known: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(found)) or nominal
 
 
-def stage_content(reader: StageReader) -> StageContent:
+def stage_content(reader: StageReader, progress: Progress = no_progress) -> StageContent:
     """Return the bodies for dataset.json, and the camera's facts for a plan."""
     scene = reader.scene(reader.frames[0])
-    hidden = list(reader.bodies.hidden_targets_at(reader.frames[0].time_code))
+    hidden = []
+    for target in reader.bodies.hidden_targets_at(reader.frames[0].time_code):
+        hidden.append(target)
+        progress(READING, len(hidden), len(reader.bodies))
     targets = sorted((*scene.targets, *hidden), key=lambda body: body.id)
     return StageContent(
         targets=[described_target(body) for body in targets],
@@ -175,6 +178,7 @@ def chosen_device(offered: Sequence[str], scenes: Iterable[Scene]) -> str:
     return able[0]
 
 
+READING = "reading: body"
 ROWS = 40  # of the body's faces, twice as many around
 BUMPS = 7  # around it, so that rays are soon going all ways
 RAYS = 512  # at a time

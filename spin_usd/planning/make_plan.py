@@ -102,6 +102,7 @@ def _plan(question: PlanRequest, processes: int, progress: Progress) -> Plan:
                 copy_to=str(question.copy_to) if question.copy_to else None,
                 trial=question.trial,
             ),
+            progress=progress,
         )
         settings = RenderSettings(renderer=asked.renderer, effort=asked.effort, seed=opened.seed, device=opened.device)
         chosen = _chosen(question, opened)

@@ -27,7 +27,7 @@ from spin_usd.scene.sensor import Sensor
 from spin_usd.stage.read.stage_reader import StageReader
 from spin_usd.stage.usd import schema
 
-PROGRESS_EVERY = 500
+PROGRESS_EVERY = 100
 
 
 class Features:

@@ -107,10 +107,12 @@ class Executor(Generic[Content]):
         *,
         within_s: float = PATIENCE_S,
         reads: object = None,
+        progress: Callable[..., None] | None = None,
     ) -> Answer:
-        """Return the answer to a call. Raises the errors of the child; if children die, the error of `unreadable` on
-        the file that it `reads`, or ChildDiedError without one."""
-        task = self.submit(Task(call=call, request=request, within_s=within_s, tries=READING_TRIES))
+        """Return the answer to a call, whose progress the child reports. Raises the errors of the child; if children
+        die, the error of `unreadable` on the file that it `reads`, or ChildDiedError without one."""
+        task = Task(call=call, request=request, within_s=within_s, tries=READING_TRIES, progress=progress)
+        self.submit(task)
         try:
             return self.result(task)
         except ChildDiedError as died:

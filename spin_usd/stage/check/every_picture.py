@@ -32,7 +32,7 @@ from spin_usd.stage.usd.visibility import ancestors
 
 MAX_VARIANTS = 200  # of one set; each is composed and read
 READING = "reading: picture"
-PROGRESS_EVERY = 500
+PROGRESS_EVERY = 100
 
 TargetRule = Callable[[Target], Iterator[Finding]]
 """A rule on a body's shape."""

@@ -13,6 +13,8 @@ from spin_usd.commands.author.in_child import author_stage
 from spin_usd.craft.craft import KINDS
 from spin_usd.craft.make_craft import CraftChoice, make_craft
 from spin_usd.errors import InputError
+from spin_usd.planning.in_child import open_plan
+from spin_usd.planning.plan_calls import OpenPlan
 from spin_usd.sampling.poses import ball_of
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.composition.stage_hash import hash_and_files
@@ -156,3 +158,10 @@ def test_the_shapes_of_craft_in_turn_vary_too(tmp_path: Path) -> None:
         (one,), (other,) = (reader.scene(each).bodies for reader, each in ((drawn, frame), (varied, same)))
         assert one.target.name == other.target.name
         assert np.abs(other.target.mesh.box - one.target.mesh.box).max() > 0.05
+
+
+def test_planning_reports_each_craft_that_it_reads(in_turn: Path) -> None:
+    """So that the time limit of a child counts for one craft, not for a thousand."""
+    reports: list[tuple[object, ...]] = []
+    open_plan(OpenPlan(stage=str(in_turn / "stage/dataset.usda")), lambda *report: reports.append(report))
+    assert reports == [("reading: body", done, 4) for done in (1, 2, 3)]
