@@ -148,6 +148,11 @@ class PoseLaw:
     attitude: Distribution
     inside: Inside | None = None
 
+    @property
+    def needs_hull(self) -> bool:
+        """Return whether a sample depends on the body's hull, not on its box alone."""
+        return self.inside is not None or (isinstance(self.position, PositionLaw) and self.position.in_diameters)
+
     def sample(
         self, rng: np.random.Generator, camera: Camera, hull: Float, others: Balls = NOTHING
     ) -> tuple[Float, Float]:

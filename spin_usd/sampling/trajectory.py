@@ -64,6 +64,11 @@ class TrajectoryLaw:
     sun: Distribution | None = None
     """The direction to the Sun, in the orbit's axes at the start; it stays among the stars."""
 
+    @property
+    def needs_hull(self) -> bool:
+        """Return whether a sample depends on the target's hull, not on its box alone."""
+        return self.inside is not None
+
     def sample(self, rng: np.random.Generator, camera: Camera, hull: Float, pictures: int) -> tuple[Float, Float]:
         """q_cam_body (pictures, 4) and t_cam_body (pictures, 3), metres. `hull`: corners (N, 3), body frame.
 

@@ -37,6 +37,7 @@ from spin_usd.commands.score.predictions import read_predictions
 from spin_usd.commands.score.truth import read_truth
 from spin_usd.processes.processors import machine
 from spin_usd.scoring.pose_errors import PoseErrors, scores
+from train.pictures import datasets_in
 
 ROOT = Path(__file__).resolve().parents[2]
 FIGURES = ROOT / "tools" / "figures" / "training"
@@ -219,7 +220,7 @@ class Work:
         experiment, row = self.experiment, self.experiment.rows[name]
         sets = {each: experiment.asked(each) for each in self.made(name)}
         beds = {bed: sha256(file.read_bytes()).hexdigest() for bed, file in self.beds.items()}
-        also = {test: [_stage_hash(each) for each in _datasets(folder)] for test, folder in self.also.items()}
+        also = {test: [_stage_hash(each) for each in datasets_in(folder)] for test, folder in self.also.items()}
         return _digest([experiment.training, row, sets, beds or (), *([also] if also else [])])
 
     def made(self, name: str) -> list[str]:
@@ -280,10 +281,6 @@ def _commit() -> str:
     git = partial(subprocess.run, cwd=ROOT, capture_output=True, text=True)
     head = git(["git", "rev-parse", "--short=8", "HEAD"]).stdout.strip()
     return f"{head}{'+' if git(['git', 'status', '--porcelain', 'spin_usd', 'stages']).stdout else ''}"
-
-
-def _datasets(folder: Path) -> list[Path]:
-    return [folder] if (folder / "dataset.json").is_file() else sorted(folder.glob("*/dataset"))
 
 
 def _stage_hash(dataset: Path) -> str:

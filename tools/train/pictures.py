@@ -94,6 +94,15 @@ def crop_of(pixels: Float) -> Crop:
     return Crop(x=x, y=y, side=side)
 
 
+def datasets_in(folder: Path) -> list[Path]:
+    """Return the dataset of that folder, or all datasets FOLDER/NAME/dataset. Ends the program where there is none."""
+    if (folder / "dataset.json").is_file():
+        return [folder]
+    if not (found := sorted(folder.glob("*/dataset"))):
+        raise SystemExit(f"{folder} is no dataset, and has none in NAME/dataset")
+    return found
+
+
 def read_set(
     path: Path, *, frames: str | None = None, appearances: int | None = None, keypoints: Path | None = None
 ) -> PictureSet:

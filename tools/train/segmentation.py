@@ -29,7 +29,7 @@ from spin_usd.craft.craft import KINDS
 from train.baseline import RESULT, options, training_of, write_result
 from train.fit import Fit, fit, predicted
 from train.heatmaps import SHIFT, STRIDE, ZOOM
-from train.pictures import MARGIN, Crop, grey
+from train.pictures import MARGIN, Crop, datasets_in, grey
 
 CLASSES = ("nothing", *dict.fromkeys(KINDS.values()))
 FEWEST = 30  # pixels of the target: pictures with fewer are left out
@@ -65,9 +65,7 @@ class SegmentedPicture:
 
 def read_pictures(folder: Path) -> list[SegmentedPicture]:
     """Return the pictures of the dataset, or of all datasets below the folder, in which the target is seen."""
-    datasets = [folder] if (folder / "dataset.json").is_file() else sorted(folder.glob("*/dataset"))
-    if not datasets:
-        raise SystemExit(f"{folder} is no dataset, and has none in NAME/dataset")
+    datasets = datasets_in(folder)
     return [each for place in datasets for each in _of_dataset(place, alone=len(datasets) == 1)]
 
 

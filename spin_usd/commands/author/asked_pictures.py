@@ -15,7 +15,7 @@ from spin_usd.errors import InputError
 from spin_usd.exchange.read_pose_list import read_pose_list
 from spin_usd.formats.chosen_frames import chosen_frames, slice_of
 from spin_usd.geometry.camera import Camera
-from spin_usd.sampling.poses import PoseLaw, PositionLaw
+from spin_usd.sampling.poses import PoseLaw
 from spin_usd.sampling.trajectory import TrajectoryLaw
 from spin_usd.scene.poses import PoseList
 from spin_usd.specifications.part_pictures import part_pictures, sample_light, sample_poses
@@ -102,7 +102,7 @@ def _sampled(options: AuthorOptions, progress: Progress) -> tuple[AuthorOptions,
     laws = [picture.part.law for picture in chosen]
 
     def poses(camera: Camera, corners: Corners) -> PoseList:
-        shown = corners(any(law.inside or _in_diameters(law) for law in laws))  # nothing else needs the hull
+        shown = corners(any(law.needs_hull for law in laws))  # nothing else needs the hull
         sampled = sample_poses(chosen, options.seed, camera, shown, spec.source, progress)
         return smooth_poses(sampled, sampled.times)
 
@@ -123,7 +123,3 @@ def _sampled(options: AuthorOptions, progress: Progress) -> tuple[AuthorOptions,
         drawn_once=tuple(once),
     )
     return replace(options, **own), asked
-
-
-def _in_diameters(law: PoseLaw | TrajectoryLaw) -> bool:
-    return isinstance(law, PoseLaw) and isinstance(law.position, PositionLaw) and law.position.in_diameters
