@@ -99,14 +99,16 @@ class BodyReaders:
         return tuple(replace(body, poses=own) if own else body for body, own in zip(bodies, poses, strict=True))
 
     def _target(self, reader: BodyReader, time: Usd.TimeCode, scale: float) -> Target | None:
-        """Read the shape of a body as BodyReader.target_at does; forget those read longest ago where targets have too
-        many faces together."""
+        """Read the shape of a body as BodyReader.target_at does; where targets have too many faces together, forget the
+        hidden ones that were read longest ago."""
         found = reader.target_at(time, scale)
         if reader.id != OCCLUDER and found:
             self._kept.pop(reader, None)
             self._kept[reader] = found.mesh.count
-            while sum(self._kept.values()) > MAX_KEPT_FACES and len(self._kept) > 1:
-                oldest = next(iter(self._kept))
+            while sum(self._kept.values()) > MAX_KEPT_FACES:
+                oldest = next((each for each in self._kept if each.is_hidden(time)), None)
+                if oldest is None:
+                    break
                 oldest.forget_shape()
                 del self._kept[oldest]
         return found

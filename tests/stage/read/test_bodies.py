@@ -163,6 +163,7 @@ def test_targets_in_turn_are_shown_when_usd_shows_them_and_read_once_where_they_
     assert names == [[name for name, own in zip("ABC", shown, strict=True) if own[time] == "1"] for time in range(5)]
     again = found[0].targets[1].target is found[3].targets[1].target
     assert again == (most > 1)
+    assert found[0].targets[0].target is found[4].targets[0].target  # what every picture shows stays
 
 
 def test_a_stage_whose_targets_are_all_hidden_is_refused_also_after_it_showed_them(make_stage) -> None:
