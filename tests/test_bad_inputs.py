@@ -402,6 +402,10 @@ def test_labels_that_cannot_hold_so_many_targets_are_refused_before_anything_is_
     command = ["render", tmp_path / "stage.usda", "--out", tmp_path / "data", "--labels", "depth,mask_amodal"]
     refused(spin_usd, [*command, "--quiet"], "has 17 targets, and the label mask_amodal holds 16 at most")
     assert [p.name for p in tmp_path.iterdir()] == ["stage.usda"]
+    spin_usd(*command[:-1], "all", "--labels-only", "--renderer", "raycast")
+    made = {path.name for path in (tmp_path / "data").iterdir()}
+    assert "instance" in made
+    assert not made & {"mask_visible", "mask_amodal"}
 
 
 @pytest.mark.parametrize("twice", [["--samples", "2", "--samples", "3"], ["--seed=1", "--seed", "1"]])

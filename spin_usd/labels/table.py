@@ -53,6 +53,9 @@ NEEDS = dict.fromkeys(CLOUD_LABELS, "lidar") | {
 }
 """Part of a scene that a label needs and not every stage has, by the label's name."""
 
+NOT_EVERYWHERE = (*NEEDS, *(name for name, label in PIXEL_LABELS.items() if label.max_targets is not None))
+"""Names of the labels that not every stage can have."""
+
 DEFAULT_LABELS = tuple(name for name, label in PIXEL_LABELS.items() if label.default)
 """Names of the labels that `render` writes by default."""
 

@@ -64,26 +64,28 @@ def wanted_kinds(request: RenderRequest, plan: Plan) -> tuple[str, ...]:
     """Return the kinds of file to make of each picture: the requested ones, with several bodies a label that tells them
     apart, and the possible ones of labels_where_possible. Raises InputError for a requested label that the stage cannot
     have, or that cannot hold so many targets."""
-    _refuse_targets(request, len(plan.content.targets))
+    full = _full_labels(len(plan.content.targets))
     missing = {name for name, needed in NEEDS.items() if not getattr(plan.content, needed)}
     for kind in request.kinds:
+        if kind in full:
+            do = "leave that label out: instance holds any number of targets"
+            raise InputError(full[kind], where=request.stage, do=do)
         if kind in missing:
             what, do = LACKING[NEEDS[kind]]
             raise InputError(f"has no {what}, which the label {kind} needs", where=request.stage, do=do)
     of_pixels = any(kind in PIXEL_LABELS for kind in request.kinds)
     more = LABELS_OF_SEVERAL if of_pixels and plan.content.bodies > 1 else ()
-    possible = set(request.labels_where_possible) - missing
+    possible = set(request.labels_where_possible) - missing - full.keys()
     return tuple(kind for kind in FILE_KINDS if kind in (*request.kinds, *more, *possible))
 
 
-def _refuse_targets(request: RenderRequest, count: int) -> None:
-    """Raise InputError if a requested label cannot hold so many targets."""
-    for name in request.kinds:
-        label = PIXEL_LABELS.get(name)
-        if label and label.max_targets is not None and count > label.max_targets:
-            do = "leave that label out: instance holds any number of targets"
-            found = f"has {count} targets, and the label {name} holds {label.max_targets} at most"
-            raise InputError(found, where=request.stage, do=do)
+def _full_labels(count: int) -> dict[str, str]:
+    """Return why labels cannot hold so many targets, by the labels' names."""
+    return {
+        name: f"has {count} targets, and the label {name} holds {label.max_targets} at most"
+        for name, label in PIXEL_LABELS.items()
+        if label.max_targets is not None and count > label.max_targets
+    }
 
 
 def common_work(request: RenderRequest, plan: Plan) -> CommonWork:

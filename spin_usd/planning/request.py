@@ -6,7 +6,7 @@ from pathlib import Path
 
 from spin_usd.basics.suggestion import suggestion
 from spin_usd.errors import InputError
-from spin_usd.labels.table import DEFAULT_LABELS, LABELS, NEEDS
+from spin_usd.labels.table import DEFAULT_LABELS, LABELS, NOT_EVERYWHERE
 from spin_usd.options import PictureOptions, names_in
 from spin_usd.picture.kinds import FILE_KINDS, IMAGE, RADIANCE
 from spin_usd.planning.effort_choice import Chosen, setting_of
@@ -86,15 +86,16 @@ class RenderRequest:
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
-        """The named labels; the names may include "default", "all", which leaves out labels that not every stage has,
-        and "none"."""
-        groups = {"default": DEFAULT_LABELS, "all": tuple(name for name in LABELS if name not in NEEDS), "none": ()}
+        """The named labels; the names may include "default", "all", which leaves out labels that not every stage can
+        have, and "none"."""
+        everywhere = tuple(name for name in LABELS if name not in NOT_EVERYWHERE)
+        groups = {"default": DEFAULT_LABELS, "all": everywhere, "none": ()}
         return tuple(label for name in names_in(self.options.labels) for label in groups.get(name, (name,)))
 
     @property
     def labels_where_possible(self) -> tuple[str, ...]:
-        """Labels to make too if the stage has their needs."""
-        return tuple(NEEDS) if "all" in names_in(self.options.labels) else ()
+        """Labels to make too if the stage can have them."""
+        return NOT_EVERYWHERE if "all" in names_in(self.options.labels) else ()
 
     @property
     def image(self) -> bool:
