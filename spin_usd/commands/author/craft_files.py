@@ -20,6 +20,8 @@ from spin_usd.specifications.craft_spec import craft_choices, is_craft
 from spin_usd.stage.author.craft_layer import write_crafts
 
 SEED_WITH_POSES = re.compile(r"(craft:[0-9.]+|[^:]+\.toml)(:.+|)")
+OF_ONE_MODEL = ("also", "prim", "model_time", "leave_out", "keypoints", "parts", "materials")
+"""Options that change or accompany one model, of which craft in turn have many."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,8 +47,10 @@ def with_craft(
     turns = None
     if options.target is not None and is_craft(given := str(options.target)):
         choices = craft_choices(given)
-        if len(choices) > 1 and options.also:
-            raise InputError("several craft in turn are given with further bodies", do="leave --also out")
+        unfit = [name for name in OF_ONE_MODEL if getattr(options, name)] if len(choices) > 1 else []
+        if unfit:
+            option = f"--{unfit[0].replace('_', '-')}"
+            raise InputError(f"{given!r} is several craft in turn, and {option} is for one target", do="leave it out")
         places = _turns(len(choices), options.seed, sequences)
         used = sorted(set(places))
         models = {place: _made(choices[place], done, len(used), progress) for done, place in enumerate(used)}

@@ -69,7 +69,7 @@ def _author(options: AuthorOptions, pictures: AskedPictures, crafts: Path, progr
         write_stage(folder, sources.stage, poses=making.poses, target=making.target, outputs=OUTPUTS)
         write_others(making)
         if turns:
-            add_targets_in_turn(root, _crafts(making, turns), making.poses, turns.shown)
+            add_targets_in_turn(root, _crafts(making, turns), making.poses, turns.shown, _selections(making))
         added = sources.additions.write(root, [each.name for each in sources.stage.further], making.model_materials)
         sources.additions.write_light(root, len(making.poses), pictures.light)
         if making.poses.times is not None:
@@ -131,6 +131,12 @@ def _corners(making: Authoring, whole: bool) -> Sequence[Float]:
 def _crafts(making: Authoring, turns: CraftTurns) -> list[TargetAsset]:
     """Return the craft in turn, root prims of one layer of which the target is the first."""
     return [replace(making.target, name=name, prim=f"/{name}") for name in turns.names]
+
+
+def _selections(making: Authoring) -> dict[str, str]:
+    """Return the variants of the target that are selected by their sets: a preset's replace the requested ones."""
+    preset = making.sources.stage.preset
+    return {**making.sources.variants, **(preset.chosen(making.target.variants) if preset else {})}
 
 
 def _unused(making: Authoring) -> Iterator[str]:

@@ -16,6 +16,7 @@ from spin_usd.errors import InputError
 from spin_usd.planning.in_child import open_plan
 from spin_usd.planning.plan_calls import OpenPlan
 from spin_usd.sampling.poses import ball_of
+from spin_usd.scene.scene import FrameId
 from spin_usd.stage.check.check_stage import check_stage
 from spin_usd.stage.composition.stage_hash import hash_and_files
 from spin_usd.stage.read.stage_reader import StageReader
@@ -158,6 +159,32 @@ def test_the_shapes_of_craft_in_turn_vary_too(tmp_path: Path) -> None:
         (one,), (other,) = (reader.scene(each).bodies for reader, each in ((drawn, frame), (varied, same)))
         assert one.target.name == other.target.name
         assert np.abs(other.target.mesh.box - one.target.mesh.box).max() > 0.05
+
+
+def test_a_selected_variant_is_selected_in_all_craft_in_turn(tmp_path: Path) -> None:
+    matt = authored(tmp_path / "matt", "craft:0..2", variant="look=matt")
+    plain = tmp_path / "plain.toml"
+    plain.write_text('schema = "augment-1"\n[[augmentation]]\nname = "p"\nselect = { materials = "plain" }\n')
+    drawn = authored(tmp_path / "drawn", "craft:0..2", augment=plain)
+    readers = {
+        "matt": StageReader(matt),
+        "plain": StageReader(drawn, variant="p"),
+        "reflective": StageReader(drawn),
+    }
+    shown = {name: [_metals(reader, frame) for frame in reader.frames] for name, reader in readers.items()}
+    assert shown["matt"] == shown["plain"] == [0] * len(readers["matt"].frames)
+    assert all(shown["reflective"])
+
+
+def _metals(reader: StageReader, frame: FrameId) -> int:
+    """Return how many materials of what a picture shows are metallic."""
+    return sum(each.metallic != 0 for body in reader.scene(frame).bodies for each in body.target.materials)
+
+
+@pytest.mark.parametrize("option", ["leave_out", "materials", "keypoints"])
+def test_what_changes_one_model_is_refused_for_craft_in_turn(option: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=f"craft in turn, and --{option.replace('_', '-')} is for one target"):
+        authored(tmp_path / "stage", "craft:0..2", **{option: "Omni1"})
 
 
 def test_planning_reports_each_craft_that_it_reads(in_turn: Path) -> None:
