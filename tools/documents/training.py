@@ -43,6 +43,8 @@ MEANING = {
     "auto": "materials of the library, as `--materials auto` recognises them",
     "auto_1": "the same, of another appearance from pose to pose",
     "auto_3": "the same, three appearances of each pose",
+    "drawn": "Tango as drawn",
+    "bent": "its panel and antennas off their places, in each picture otherwise",
     "bundled": "the four bundled targets",
     "seeds_1": "one craft from a seed",
     "seeds_10": "ten",
@@ -122,6 +124,11 @@ def poses(folder: Path) -> str:
 def looks(folder: Path) -> str:
     """Return what materials of the library are worth on a craft that is not Tango."""
     return _table(rows_of(folder, "looks"))
+
+
+def shapes(folder: Path) -> str:
+    """Return what shapes that are not quite as drawn are worth, and cost a network."""
+    return _table(rows_of(folder, "shapes"))
 
 
 def segments(folder: Path) -> str:
