@@ -31,7 +31,7 @@ from spin_usd.exchange.layout.export_format import (
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import RGB, any_image, mask_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, text_lines, write_text_file
-from spin_usd.exchange.layout.limits import bodies_told_apart
+from spin_usd.exchange.layout.limits import bodies_told_apart, views_of_one_target
 from spin_usd.exchange.layout.rectified_picture import (
     RECTIFIED,
     RECTIFY,
@@ -189,7 +189,7 @@ def _layout(options: Mapping[str, Any]) -> Layout:
         shared=_shared,
         last=_last,
         indexes=_indexes,
-        limits=(bodies_told_apart,),
+        limits=(bodies_told_apart, views_of_one_target),
         splits=SPLITS,
     )
 

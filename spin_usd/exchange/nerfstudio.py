@@ -18,7 +18,7 @@ from spin_usd.exchange.layout.export_format import ExportFile, ExportFormat, For
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import RGB, any_image, depth_image, mask_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, json_lists
-from spin_usd.exchange.layout.limits import bodies_told_apart, depth_at_most
+from spin_usd.exchange.layout.limits import bodies_told_apart, depth_at_most, views_of_one_target
 from spin_usd.exchange.layout.rectified_picture import (
     RECTIFIED,
     RECTIFY,
@@ -135,7 +135,7 @@ def _layout(options: Mapping[str, Any]) -> Layout:
         files=_files,
         shared=_shared,
         indexes=_indexes,
-        limits=(bodies_told_apart, *((depth_at_most(1, WITHOUT_DEPTH),) if depth else ())),
+        limits=(bodies_told_apart, views_of_one_target, *((depth_at_most(1, WITHOUT_DEPTH),) if depth else ())),
         splits=SPLITS,
     )
 

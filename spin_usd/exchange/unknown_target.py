@@ -24,7 +24,7 @@ from spin_usd.exchange.layout.export_format import (
 from spin_usd.exchange.layout.exported_dataset import ExportedDataset, ExportedPicture
 from spin_usd.exchange.layout.images import any_image, mask_image, own_suffix
 from spin_usd.exchange.layout.index_file import IndexFile, json_lists, write_json_file
-from spin_usd.exchange.layout.limits import bodies_told_apart
+from spin_usd.exchange.layout.limits import bodies_told_apart, views_of_one_target
 from spin_usd.exchange.layout.models import Model, body_models
 from spin_usd.exchange.layout.rectified_picture import NO, RECTIFIED, RECTIFY, RECTIFYING, YES, as_exported
 from spin_usd.exchange.layout.true_shape import (
@@ -148,7 +148,7 @@ def _layout(options: Mapping[str, Any]) -> Layout:
         files=_files,
         shared=_shared,
         indexes=_indexes,
-        limits=(bodies_told_apart,),
+        limits=(bodies_told_apart, views_of_one_target),
     )
 
 

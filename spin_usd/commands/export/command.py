@@ -45,7 +45,7 @@ def export(
 def _sentence(report: "ExportReport", *, copied: bool) -> str:
     """Return one line on what was written; `copied`: whether no file is a link."""
     splits = ", ".join(f"{number} {split}" for split, number in report.splits.items())
-    left_out = f"; {report.left_out} left out, as they show no target" if report.left_out else ""
+    left_out = f"; {report.left_out} left out, as they do not show the target" if report.left_out else ""
     endings = sorted(report.made_endings.items(), key=lambda each: -each[1])
     made = f" ({', '.join(f'{number} {ending}' for ending, number in endings)})" if endings else ""
     as_they_are = "copied from the dataset" if copied else "linked to the dataset's"

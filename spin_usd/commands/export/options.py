@@ -48,7 +48,12 @@ class ExportOptions(Listening):
         str | Path | None, Option("With --tags: the file of tags; the dataset's tags.json if not given.", "PATH")
     ] = None
     target: Annotated[
-        str | None, Option("The target, for formats with one target; the first if not given.", "NAME")
+        str | None,
+        Option(
+            "The target, for formats with one target, without pictures that do not show it; if not given, the first, "
+            "or what a picture shows instead.",
+            "NAME",
+        ),
     ] = None
     option: Annotated[
         str | Sequence[str],

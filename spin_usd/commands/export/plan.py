@@ -50,7 +50,7 @@ class ExportPlan:
     survey: Survey
     """Properties of its pictures."""
     left_out: int
-    """How many pictures show nothing of the target, where the format cannot hold those."""
+    """How many pictures do not show the target, where the format cannot hold those or the target was requested."""
     described: Mapping[str, Any]
     """Contents of export.json."""
 
@@ -77,7 +77,7 @@ def plan_export(request: ExportOptions, *, progress: Progress) -> ExportPlan:
     survey = Survey(
         format=to.name, target=chosen.target, parts=len(dataset.parts), targets=dataset.targets, occluders=occluders
     )
-    kept, identity = _survey_pictures(chosen, layout, survey, progress)
+    kept, identity = _survey_pictures(chosen, layout, survey, request.target, progress)
     for limit in layout.limits:
         limit(survey)
     described = {
@@ -123,21 +123,23 @@ def _entries(
 
 
 def _survey_pictures(
-    chosen: ExportedDataset, layout: Layout, survey: Survey, progress: Progress
+    chosen: ExportedDataset, layout: Layout, survey: Survey, target: str | None, progress: Progress
 ) -> tuple[tuple[Entry, ...], str]:
-    """Return the pictures that the format holds, and a digest of all that was read of them. Raises InputError."""
+    """Return the pictures that the format holds, for a format of one target those that show the requested one, and a
+    digest of all that was read of them. Raises InputError."""
     identity = hashlib.sha256(_digest_of_shared(chosen.dataset).encode())
     kept: list[Entry] = []
     for done, (entry, picture) in enumerate(zip(chosen.entries, chosen, strict=True)):
         progress("checking: picture", done, len(chosen))
         _refuse_missing_kinds(picture, layout, survey.format)
         identity.update(json.dumps(picture.picture.record, sort_keys=True).encode())
-        if layout.visible_only and not _shows_target(picture, layout):
+        another = not layout.several and target is not None and picture.target.name != target
+        if another or (layout.visible_only and not _shows_target(picture, layout)):
             continue
         survey.add(picture)
         kept.append(entry)
     progress("checking: picture", len(chosen), len(chosen))
-    if not any(_shows_target(picture, layout) for picture in chosen):
+    if not any(_shows_target(picture, layout) for picture in replace(chosen, entries=kept)):
         do = "check the poses and the camera: spin-usd check"
         raise InputError("shows no pixel of its target in any picture", where=chosen.dataset.root, do=do)
     return tuple(kept), identity.hexdigest()

@@ -20,7 +20,7 @@ class ExportReport:
     splits: Mapping[str, int]
     """How many pictures each split holds."""
     left_out: int
-    """How many show nothing of the target, where the format cannot hold those."""
+    """How many do not show the target, where the format cannot hold those or the target was requested."""
     linked: int
     """Files that were linked or copied."""
     made: int

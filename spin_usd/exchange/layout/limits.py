@@ -49,6 +49,14 @@ def bodies_told_apart(survey: Survey) -> None:
         raise UnsupportedError(found, do=f"render it with --labels default,{INSTANCE}")
 
 
+def views_of_one_target(survey: Survey) -> None:
+    """Raise UnsupportedError where pictures show different targets: the format holds views of one."""
+    if survey.others:
+        count = f"{survey.others} of {survey.tally.total()} pictures"
+        found = f"{count} do not show {survey.target}, and {survey.format} holds views of one target"
+        raise UnsupportedError(found, do=f"choose one, such as --target {survey.target}: other pictures are left out")
+
+
 def has_keypoints(survey: Survey) -> None:
     """Raise UnsupportedError where no target has keypoints, for the format is made of them."""
     if not any(target.keypoints.names for target in survey.targets):

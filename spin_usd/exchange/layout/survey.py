@@ -34,6 +34,8 @@ class Survey:
     """The dataset's."""
     occluders: bool
     """Whether some bodies are no targets."""
+    others: int = 0
+    """Pictures of which formats of one target would hold another, since `target` is not shown."""
     together: int = 0
     """The most targets that a picture shows."""
     cameras: dict[Camera, str] = field(default_factory=dict)
@@ -66,6 +68,7 @@ class Survey:
         self.file_sets.setdefault(picture.file_set, picture.name)
         for each in picture.targets:
             self.farthest = max(self.farthest, (float(each.t_cam_body[2]), picture.name))
+        self.others += target.name != self.target
         self.together = max(self.together, len(picture.targets))
         self.tally[picture.split, picture.variant] += 1
         self.kinds.update(picture.picture.files.keys())

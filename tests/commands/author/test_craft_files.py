@@ -12,7 +12,7 @@ import spin_usd
 from spin_usd.commands.author.in_child import author_stage
 from spin_usd.craft.craft import KINDS
 from spin_usd.craft.make_craft import CraftChoice, make_craft
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, UnsupportedError
 from spin_usd.planning.in_child import open_plan
 from spin_usd.planning.plan_calls import OpenPlan
 from spin_usd.sampling.poses import ball_of
@@ -145,6 +145,16 @@ def test_exports_name_the_craft_of_each_picture(in_turn: Path, tmp_path: Path) -
     spin_usd.export(in_turn / "set", to="spark", out=tmp_path / "spark", option=["layout=2022-stream1"])
     rows = list(csv.DictReader((tmp_path / "spark/train.csv").open()))
     assert {Path(row["filename"]).stem: row["class"] for row in rows} == {k: t.name for k, t in of_frame.items()}
+
+
+@pytest.mark.parametrize("to", ["unknown_target", "colmap", "nerfstudio"])
+def test_views_of_one_craft_are_exported_alone(to: str, in_turn: Path, tmp_path: Path) -> None:
+    with pytest.raises(UnsupportedError, match=f"6 of 8 pictures do not show craft_0, and {to} holds views of one"):
+        spin_usd.export(in_turn / "set", to=to, out=tmp_path / to)
+    report = spin_usd.export(in_turn / "set", to=to, out=tmp_path / to, target="craft_2")
+    assert (report.pictures, report.left_out) == (2, 6)
+    shown = {picture.frame for picture in spin_usd.Dataset(in_turn / "set") if picture.targets[0].name == "craft_2"}
+    assert {path.stem for path in (tmp_path / to / "images").iterdir()} == shown
 
 
 def test_the_shapes_of_craft_in_turn_vary_too(tmp_path: Path) -> None:
