@@ -13,7 +13,7 @@ from shape.exported import Exported, Floats, centres_of, write_cloud, write_surf
 from spin_usd.reading.dataset import Dataset
 from spin_usd.reading.picture import Picture
 
-CELLS = 300  # along the longest edge of the target
+CELLS = 250  # along the longest edge of the target
 REACH = 3.0  # cells before and behind a surface, within which it is averaged
 MARGIN = 4  # cells around the target's box
 
