@@ -28,8 +28,6 @@ KINDS: Mapping[str, str] = {
 }
 """Kinds of parts, and the classes that SpaceSense-Bench (arXiv 2603.09320) has for them: horns are directional antennas
 as dishes are, star trackers look as cameras do."""
-STEPS = 8
-BARYCENTRIC = np.array([(i, j, STEPS - i - j) for i in range(STEPS + 1) for j in range(STEPS + 1 - i)]) / STEPS
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,12 +40,25 @@ class FieldOfView:
     """(3,) unit vector."""
     half_angle_deg: float
 
-    def sees(self, points: Float) -> bool:
-        """Return whether one of the points (N, 3) is in it."""
-        away = points - self.apex
-        along = away @ self.axis
+    def sees(self, triangles: Float) -> bool:
+        """Return whether one of the triangles (N, 3, 3) reaches into it: with a corner, with the point of an edge that
+        is nearest to the axis in angle, or with its inside around the axis."""
+        starts = triangles - self.apex
+        ends = np.roll(starts, -1, axis=1)
+        edges, ahead = ends - starts, starts @ self.axis
+        square, along, length = (np.sum(a * b, axis=-1) for a, b in ((starts, starts), (starts, edges), (edges, edges)))
+        more = edges @ self.axis
+        above, below = ahead * along - more * square, more * along - ahead * length
+        share = np.divide(above, below, out=np.zeros_like(above), where=below != 0).clip(0, 1)
+        points = np.concatenate([starts, starts + share[..., None] * edges], axis=1)
         cosine = np.cos(np.radians(self.half_angle_deg))
-        return bool(np.any(along > cosine * np.maximum(np.linalg.norm(away, axis=1), 1e-9)))
+        if np.any(points @ self.axis > cosine * np.maximum(np.linalg.norm(points, axis=-1), 1e-9)):
+            return True
+        sides = np.cross(starts, ends) @ self.axis
+        around = (sides >= 0).all(axis=1) | (sides <= 0).all(axis=1)
+        normals = np.cross(edges[:, 0], edges[:, 1])
+        before = np.sum(normals * starts[:, 0], axis=1) * (normals @ self.axis) > 0
+        return bool(np.any(around & before))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -80,11 +91,10 @@ class CraftPart:
         return found
 
     @cached_property
-    def samples(self) -> Float:
-        """(S, 3) points all over its surface, nowhere farther apart than an eighth of a face's edge."""
+    def triangles(self) -> Float:
+        """(T, 3, 3) corners of the triangles that its faces are fans of."""
         fans = (solid.points[[face[0], face[i], face[i + 1]]] for solid in self.solids for face, i in solid.fans)
-        found: Float = (BARYCENTRIC @ np.stack(list(fans))).reshape(-1, 3)
-        return found
+        return np.stack(list(fans))
 
     @cached_property
     def bounds(self) -> tuple[Float, Float]:

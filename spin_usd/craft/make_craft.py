@@ -108,9 +108,9 @@ class _Assembly:
             return False
         others = [each for each in self.parts[1:] if each.name != within]
         for other in others:
-            if _overlap(part, other, GAP * self.scale) or (other.view and other.view.sees(part.samples)):
+            if _overlap(part, other, GAP * self.scale) or (other.view and other.view.sees(part.triangles)):
                 return False
-        if part.view and any(part.view.sees(other.samples) for other in self.parts):
+        if part.view and any(part.view.sees(other.triangles) for other in self.parts):
             return False
         self.parts.append(part)
         return True

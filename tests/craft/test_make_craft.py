@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from spin_usd.craft.buses import FAMILIES
-from spin_usd.craft.craft import KINDS, CraftPart, GeneratedCraft
+from spin_usd.craft.craft import KINDS, CraftPart, FieldOfView, GeneratedCraft
 from spin_usd.craft.equipment import EQUIPMENT
 from spin_usd.craft.make_craft import (
     ARRAY,
@@ -24,7 +24,7 @@ from spin_usd.craft.make_craft import (
 from spin_usd.craft.solids import FRONT, Solid, tube
 from spin_usd.errors import InputError
 
-SEEDS = range(40)
+SEEDS = (*range(40), 308)  # where a dish once looked through a wing, between samples of it
 RAYS = 500
 SLIVER = 0.02  # of a half angle: views are free of points of edges, between which an edge may cut the rim of the cone
 ROUNDING = 1e-4  # of an area: micrometres of panels of centimetres
@@ -108,6 +108,21 @@ def test_views_are_free(seed: int) -> None:
         hit = trimesh.ray.ray_pyembree.RayMeshIntersector(others)
         blocked = hit.intersects_any(np.broadcast_to(view.apex, (RAYS, 3)).copy(), directions)
         assert not blocked.any(), part.name
+
+
+def test_a_view_sees_a_triangle_where_it_sees_a_point_of_it() -> None:
+    rng = np.random.default_rng(0)
+    view = FieldOfView(apex=np.array([0.1, -0.2, 0.3]), axis=np.array([0.6, 0.0, 0.8]), half_angle_deg=20)
+    shares = np.sort(rng.random((20000, 2)), axis=1)
+    points = np.stack([shares[:, 0], shares[:, 1] - shares[:, 0], 1 - shares[:, 1]], axis=1)
+    seen = 0
+    for triangle in rng.normal(size=(300, 3, 3)):
+        away = points @ triangle - view.apex
+        least = np.degrees(np.arccos(away @ view.axis / np.linalg.norm(away, axis=1))).min()
+        if abs(least - view.half_angle_deg) > 1:
+            assert view.sees(triangle[None]) == (least < view.half_angle_deg)
+            seen += least < view.half_angle_deg
+    assert 30 < seen < 200
 
 
 @pytest.mark.parametrize("seed", SEEDS)
