@@ -18,13 +18,24 @@ from spin_usd.errors import InputError
 T = TypeVar("T")
 FEW = 8  # names that a sentence can list
 
-IN_TOML = {"object": "a table { ... }", "array": "a list [ ... ]"}
+IN_TOML = {
+    "object": "a table { ... }",
+    "array": "a list [ ... ]",
+    "integer": "a whole number",
+    "number": "a number",
+    "string": 'a text "..."',
+    "boolean": "true or false",
+}
 """Names of JSON's types for users of TOML."""
 
 
 def check_document(document: Any, schema: str, where: object) -> None:
     """Raise InputError, in a sentence that names the key, where `document` breaks the schema of that name."""
-    error = best_match(_validator(schema).iter_errors(document))
+    _check(document, _validator(schema), where)
+
+
+def _check(document: Any, validator: Any, where: object) -> None:
+    error = best_match(validator.iter_errors(document))
     if error is not None:
         key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in error.absolute_path).lstrip(".")
         raise InputError(f"{key}: {_sentence(error)}" if key else _sentence(error), where=where)
@@ -32,6 +43,11 @@ def check_document(document: Any, schema: str, where: object) -> None:
 
 def read_as(kind: type[T], tables: Mapping[str, Any], where: object) -> T:
     """Return the tables as of that type. Raises InputError that names the key that is wrong."""
+    try:
+        return msgspec.convert(tables, kind)
+    except msgspec.ValidationError as error:
+        if not isinstance(error.__cause__, InputError):
+            _check(tables, _Validator(msgspec.json.schema(kind)), where)
     try:
         return msgspec.convert(tables, kind, strict=False)  # so that 4.0 is a whole number
     except msgspec.ValidationError as error:
@@ -67,6 +83,8 @@ def _sentence(error: ValidationError) -> str:
         for each in error.context:
             forms.setdefault(each.schema_path[0], []).append(each)
         nearest = [_sentence(best_match(errors)) for errors in forms.values()]
+        if len(nearest) == 1:
+            return nearest[0]
         return f"fits none of its forms: {'; or '.join(dict.fromkeys(nearest))}"
     return str(error.message)
 
@@ -81,7 +99,10 @@ def _choices_of_missing(error: ValidationError) -> str:
 
 
 def _of_any(validator: Any, forms: Any, instance: Any, schema: Mapping[str, Any]) -> Iterator[ValidationError]:
-    """Yield the faults of a value that fits none of the forms; if a key names the form, of that form only."""
+    """Yield the faults of a value that fits none of the forms; if a key names the form, of that form only. Null is
+    no form that a message lists, for TOML has none."""
+    if instance is not None:
+        forms = [form for form in forms if form != {"type": "null"}]
     if "discriminator" not in schema or not isinstance(instance, dict):
         yield from Draft202012Validator.VALIDATORS["anyOf"](validator, forms, instance, schema)
         return

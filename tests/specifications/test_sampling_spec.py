@@ -187,7 +187,7 @@ def test_what_is_wrong_with_a_text_names_its_word(tmp_path, text, word) -> None:
         ('distribution = "choice", values = [3, -3]', "range.values[1]"),
         ('distribution = "normal", mean = 3, sigma = 2', "'low' is missing"),
         ('distribution = "uniform", low = 1', "range: 'high' is missing"),
-        ('distribution = "uniform", low = "near", high = 3', "range.low: 'near' is not of type 'number'"),
+        ('distribution = "uniform", low = "near", high = 3', "range.low: 'near' is not a number"),
         ('distribution = "up"', "range.distribution: 'up' is not one of fixed, uniform"),
         ('distribution = "fixed", value = "far"', "range.value: 'far' is not of type"),
     ],

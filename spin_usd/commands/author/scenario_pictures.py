@@ -1,7 +1,7 @@
 """The pictures of a scenario: the target's poses, and Sun, Earth, Moon and stars where they are then."""
 
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
@@ -13,16 +13,13 @@ from spin_usd.files.size_limits import MAX_SPECIFICATION
 from spin_usd.formats.checked_document import read_as
 from spin_usd.formats.chosen_frames import slice_of
 from spin_usd.formats.text_file import read_toml_file
-from spin_usd.orbits.attitudes import AnyAttitude
 from spin_usd.orbits.epochs import CREDIT, stars
-from spin_usd.orbits.orbits import AnyOrbit
 from spin_usd.orbits.scenario import Scenario, Seen, quaternions_of, see
 from spin_usd.scene.poses import PoseList
 from spin_usd.stage.augment.placed_sky import PlacedSky
 from spin_usd.stage.augment.sampled_values import SampledValues, open_base
 
 ENVIRONMENT = "near_earth"
-KINDS = {"orbit": AnyOrbit, "attitude": AnyAttitude}
 NO_STARS = -2.0  # magnitude: none is brighter but the Sun
 ECLIPTIC_POLE = (0.0, -0.3977771559319137, 0.9174820620691818)  # ICRF; obliquity of J2000, 84381.406 arcseconds
 
@@ -38,7 +35,7 @@ class ScenarioPictures:
         file = Path(given) if Path(given).suffix.lower() == ".toml" else bundled("scenario", str(given))
         tables = read_toml_file(file, MAX_SPECIFICATION)
         tables["epoch"] = str(tables.get("epoch", ""))  # TOML has dates of its own
-        scenario = _scenario(tables, file)
+        scenario = read_as(Scenario, tables, file)
         self.files = {"scenario": file}
         self.files |= {f"scenario_{number}": file.parent / name for number, name in enumerate(scenario.files, 1)}
         count = len(scenario.seconds)
@@ -68,18 +65,6 @@ class ScenarioPictures:
             credit=CREDIT if len(self._stars[1]) else "",
         )
         return sky.values(stage, open_base(stage)[0])
-
-
-def _scenario(tables: dict[str, Any], file: Path) -> Scenario:
-    """Return the scenario of the tables. Raises InputError, which lists the kinds if one is unknown."""
-    try:
-        return read_as(Scenario, tables, file)
-    except InputError as error:
-        asked = next((kind for name, kind in KINDS.items() if f"{name}.kind" in error.found), None)
-        if asked is None:
-            raise
-        kinds = ", ".join(str(each.__struct_config__.tag) for each in get_args(asked))
-        raise InputError(error.found, where=error.where, do=f"choose among {kinds}") from None
 
 
 def _listed(seen: Seen, rows: range, scenario: Scenario, source: str) -> PoseList:

@@ -31,9 +31,12 @@ MISTAKES = {
     "neither": (START + "[range]\nbins = 3", "has neither or both of edges and limits"),
     "one limit": (START + "[range]\nlow = 3", "has only one of low and high; give both"),
     "log from 0": (START + '[range]\nlow = 0\nhigh = 1\nspacing = "log"', "has no low above 0"),
-    "no bins": (START + "[range]\nlow = 1\nhigh = 2\nbins = 0", "range.bins: Expected `int` >= 1"),
-    "text": (START + '[range]\nedges = ["a", 2]', "range.edges"),
-    "unknown key": (START + "[range]\nedges = [1, 2]\nstep = 1", "range: Object contains unknown field `step`"),
+    "no bins": (START + "[range]\nlow = 1\nhigh = 2\nbins = 0", "range.bins: 0 is less than the minimum of 1"),
+    "text": (START + '[range]\nedges = ["a", 2]', "range.edges.*'a' is not a number"),
+    "unknown key": (
+        START + "[range]\nedges = [1, 2]\nstep = 1",
+        "range: there is no 'step'; choose among edges, low, high,",
+    ),
     "below 0": (
         START + "[range]\nedges = [-1, 2]",
         "range has edges that it cannot reach; give numbers from 0 or more",
@@ -44,8 +47,8 @@ MISTAKES = {
     "twice": (START + '[background]\nvalues = ["space", "space"]', "names a value twice"),
     "pair": (RANGE.replace("[range]", 'pairs = [["range", "sun"]]\n[range]'), "pairs a dimension 'sun' that it does"),
     "with itself": (RANGE.replace("[range]", 'pairs = [["range", "range"]]\n[range]'), "pairs range with itself"),
-    "pictures": (RANGE.replace("[range]", "pictures = 0\n[range]"), "pictures: Expected `int` >= 1"),
-    "schema": (RANGE.replace("domain-1", "domain-2"), "schema: Invalid enum value 'domain-2'"),
+    "pictures": (RANGE.replace("[range]", "pictures = 0\n[range]"), "pictures: 0 is less than the minimum of 1"),
+    "schema": (RANGE.replace("domain-1", "domain-2"), "schema: 'domain-2' is not one of"),
     "not TOML": ("[range", "TOML"),
 }
 FRAME = FillFrame(ranges=(1.0, 4.0), principal=(0.5, 0.5))
