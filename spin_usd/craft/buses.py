@@ -160,7 +160,7 @@ def cylinder_bus(rng: np.random.Generator, size: float | None, finish: str | Non
 
 
 def cubesat_bus(rng: np.random.Generator, size: float | None, finish: str | None) -> Bus:
-    """A CubeSat of 1 to 16 units with its rails; `size` chooses the number of units whose length is nearest."""
+    """A CubeSat of 1 to 16 units with its rails; `size` chooses the fewest units of the nearest length."""
     units = min(UNITS, key=lambda n: abs(UNITS[n][2] * U - size)) if size else int(rng.choice(list(UNITS)))
     x, y, z = UNITS[units]
     outer = np.array([x * U, y * U, z * U + 0.0135])
@@ -215,12 +215,14 @@ class Family:
     """Probabilities of no wing, one and two."""
     small: bool = False
     """True without a ring to the launcher and an engine, and with little equipment."""
+    largest: float = np.inf
+    """Largest size that can be chosen, metres."""
 
 
 FAMILIES: Mapping[str, Family] = {
     "box": Family(make=box_bus),
     "hexagonal": Family(make=hexagonal_bus),
     "cylinder": Family(make=cylinder_bus, wings=(1.0, 0.0, 0.0)),
-    "cubesat": Family(make=cubesat_bus, wings=(0.45, 0.1, 0.45), small=True),
+    "cubesat": Family(make=cubesat_bus, wings=(0.45, 0.1, 0.45), small=True, largest=4.5 * U),
     "truss": Family(make=truss_bus),
 }

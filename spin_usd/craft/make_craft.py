@@ -38,14 +38,17 @@ class CraftChoice:
     counts: Mapping[str, int] = field(default_factory=dict)
     """Numbers of equipment by the keys of EQUIPMENT."""
 
+    @property
+    def needs_wings(self) -> bool:
+        """Whether something is chosen that wings alone have."""
+        return bool(self.panels or self.driven)
+
 
 def make_craft(choice: CraftChoice) -> GeneratedCraft:
     """Make the craft of a choice; the same choice gives the same craft. Raises InputError for a family that there is
-    not."""
+    not, and for a choice that the craft cannot have."""
     rng = _stream(choice.seed, "bus")
-    family = choice.family or str(rng.choice(list(FAMILIES)))
-    if family not in FAMILIES:
-        raise InputError(f"there is no family {family!r} of craft", do=f"choose one of {', '.join(FAMILIES)}")
+    family = _family(choice, rng)
     bus = FAMILIES[family].make(rng, choice.size, choice.finish)
     craft = _Assembly(choice=choice, family=FAMILIES[family], bus=bus, parts=list(bus.parts))
     craft.add_wings()
@@ -56,6 +59,29 @@ def make_craft(choice: CraftChoice) -> GeneratedCraft:
     craft.add_body_arrays()
     parts = tuple(craft.parts)
     return GeneratedCraft(name=f"craft_{choice.seed}", family=family, parts=parts, symmetries=_symmetries(parts))
+
+
+def _family(choice: CraftChoice, rng: np.random.Generator) -> str:
+    """Return the chosen family, or one that can have what is chosen. Raises InputError."""
+    family = choice.family or str(rng.choice(list(FAMILIES)))
+    if family not in FAMILIES:
+        raise InputError(f"there is no family {family!r} of craft", do=f"choose one of {', '.join(FAMILIES)}")
+    if (fault := _fault(choice, family)) is None:
+        return family
+    if choice.family:
+        raise fault
+    return str(rng.choice([name for name in FAMILIES if _fault(choice, name) is None]))
+
+
+def _fault(choice: CraftChoice, family: str) -> InputError | None:
+    """Return the error of a choice that craft of a family cannot have, None if they can."""
+    kind = FAMILIES[family]
+    if choice.size is not None and choice.size > kind.largest:
+        found = f"size: a {family} is at most {kind.largest:g} m long, not {choice.size:g}"
+        return InputError(found, do="give a smaller size, or another family")
+    if kind.wings[0] == 1 and (choice.wings or choice.needs_wings):
+        return InputError(f"a {family} has no wings", do="leave out wings, panels and driven, or give another family")
+    return None
 
 
 def _stream(seed: int, word: str) -> np.random.Generator:
@@ -117,7 +143,8 @@ class _Assembly:
 
     def add_wings(self) -> None:
         rng, choice = _stream(self.choice.seed, "wings"), self.choice
-        count = int(rng.choice(3, p=self.family.wings)) if choice.wings is None else choice.wings
+        if (count := choice.wings) is None:
+            count = int(rng.choice(3, p=self.family.wings)) or (2 if choice.needs_wings else 0)
         density, power = rng.uniform(*DENSITY), rng.uniform(*POWER)
         cells = _stream(self.choice.seed, "cells")
         needed = self.bus.volume * density * power * cells.uniform(*CHARGING) / cells.uniform(*ARRAY)

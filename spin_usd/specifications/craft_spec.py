@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from typing import Annotated
 
-from msgspec import UNSET, Meta, Struct, defstruct, structs
+from msgspec import Meta, Struct, defstruct, structs
 
 from spin_usd.basics.resources import bundled_names
 from spin_usd.craft.buses import FAMILIES
@@ -19,12 +19,9 @@ SEEDS = re.compile(r"craft:(\d+)(?:\.\.(\d+))?")
 MAX_SEED = 2**63 - 1
 MAX_CRAFT = 1000  # of one stage
 
-COUNTS = defstruct("Counts", [(key, Annotated[int, Meta(ge=0, le=20)], UNSET) for key in EQUIPMENT], frozen=True)
-"""The keys of a craft.toml that count equipment."""
 
-
-class CraftTable(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A craft.toml without its COUNTS; missing values are drawn from the seed."""
+class CraftKeys(Struct, frozen=True, kw_only=True):
+    """A craft.toml without its numbers of equipment; missing values are drawn from the seed."""
 
     seed: Annotated[int, Meta(ge=0, le=MAX_SEED)] = 0
     family: str | None = None
@@ -35,6 +32,17 @@ class CraftTable(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     wings: Annotated[int, Meta(ge=0, le=2)] | None = None
     panels: Annotated[int, Meta(ge=1, le=12)] | None = None
     driven: bool | None = None
+
+
+CRAFT_TABLE = defstruct(
+    "CraftTable",
+    [(key, Annotated[int, Meta(ge=0, le=20)] | None, None) for key in EQUIPMENT],
+    bases=(CraftKeys,),
+    frozen=True,
+    kw_only=True,
+    forbid_unknown_fields=True,
+)
+"""A craft.toml."""
 
 
 def is_craft(given: str) -> bool:
@@ -56,14 +64,13 @@ def craft_choices(given: str) -> tuple[CraftChoice, ...]:
 
 
 def _of_file(file: Path) -> CraftChoice:
-    tables = dict(read_toml_file(file, MAX_SPECIFICATION))
-    counts = structs.asdict(read_as(COUNTS, {key: tables.pop(key) for key in EQUIPMENT if key in tables}, file))
-    table = read_as(CraftTable, tables, file)
-    for key, value, known in (
-        ("family", table.family, list(FAMILIES)),
-        ("finish", table.finish, bundled_names("material")),
-    ):
-        if value is not None and value not in known:
+    values = structs.asdict(read_as(CRAFT_TABLE, read_toml_file(file, MAX_SPECIFICATION), file))
+    for key, known in (("family", list(FAMILIES)), ("finish", bundled_names("material"))):
+        if (value := values[key]) is not None and value not in known:
             raise InputError(f"{key}: there is no {value!r}", where=file, do=f"choose one of {', '.join(known)}")
-    given = {key: count for key, count in counts.items() if count is not UNSET}
-    return CraftChoice(**structs.asdict(table), counts=given)
+    counts = {key: count for key in EQUIPMENT if (count := values.pop(key)) is not None}
+    choice = CraftChoice(**values, counts=counts)
+    if choice.wings == 0 and choice.needs_wings:
+        other = "panels" if choice.panels else "driven"
+        raise InputError(f"wings: 0 contradicts {other}", where=file, do="leave one of them out")
+    return choice

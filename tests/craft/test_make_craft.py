@@ -209,6 +209,32 @@ def test_a_choice_is_kept_and_a_family_is_named() -> None:
         make_craft(CraftChoice(family="saucer"))
 
 
+@pytest.mark.parametrize("size", [0.1, 0.22, 0.34, 0.4])
+def test_a_cubesat_has_the_size_that_is_chosen_to_half_a_unit(size: float) -> None:
+    bus = make_craft(CraftChoice(family="cubesat", size=size)).parts[0]
+    assert np.ptp(bus.points, axis=0).max() == pytest.approx(size, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("choice", "fault"),
+    [
+        (CraftChoice(family="cubesat", size=3.0), "size: a cubesat is at most 0.45 m long, not 3"),
+        (CraftChoice(family="cylinder", wings=2), "a cylinder has no wings"),
+        (CraftChoice(family="cylinder", driven=True), "a cylinder has no wings"),
+    ],
+)
+def test_what_a_craft_cannot_have_is_refused(choice: CraftChoice, fault: str) -> None:
+    with pytest.raises(InputError, match=fault):
+        make_craft(choice)
+
+
+def test_what_is_drawn_has_room_for_what_is_chosen() -> None:
+    for seed in range(12):
+        craft = make_craft(CraftChoice(seed=seed, size=0.8, panels=2))
+        assert np.ptp(craft.parts[0].points, axis=0).max() > 0.75
+        assert "wing" in {part.kind for part in craft.parts}
+
+
 def test_what_is_decided_shifts_no_other_decision() -> None:
     free, fixed = make_craft(CraftChoice(seed=5)), make_craft(CraftChoice(seed=5, counts={"cables": 0}))
     kept = {part.name: part.points for part in fixed.parts}

@@ -30,7 +30,7 @@ def test_a_file_can_count_all_equipment(tmp_path: Path) -> None:
 
 def test_a_file_decides_what_it_names(tmp_path: Path) -> None:
     file = tmp_path / "craft.toml"
-    file.write_text('seed = 5\nfamily = "box"\nsize = 2\nfinish = "gold_foil"\nwings = 2\ndishes = 1\n')
+    file.write_text('seed = 5.0\nfamily = "box"\nsize = 2\nfinish = "gold_foil"\nwings = 2\ndishes = 1\n')
     (found,) = craft_choices(str(file))
     assert found == CraftChoice(seed=5, family="box", size=2.0, finish="gold_foil", wings=2, counts={"dishes": 1})
 
@@ -39,6 +39,15 @@ def test_a_file_decides_what_it_names(tmp_path: Path) -> None:
     ("text", "found"),
     [
         ("wings = 3", "wings"),
+        ('wings = "two"', "wings: 'two' is not a whole number"),
+        ("wings = 1.5", "craft.toml: wings: 1.5 is not a whole number"),
+        ("wings = 0\npanels = 3", "wings: 0 contradicts panels"),
+        ("wings = 0\ndriven = true", "wings: 0 contradicts driven"),
+        ('size = "1.6"', "size: '1.6' is not a number"),
+        ("driven = 1", "driven: 1 is not true or false"),
+        ("wigns = 2", "there is no 'wigns'; is wings meant"),
+        ("dishs = 2", "there is no 'dishs'; is dishes meant"),
+        ("wheels = 4", "there is no 'wheels'; choose among seed, family, .*, handles, cables"),
         ('family = "saucer"', "saucer"),
         ('finish = "wood"', "wood"),
         ("sice = 2", "sice"),

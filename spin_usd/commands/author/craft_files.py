@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from spin_usd.basics.arrays import Float
-from spin_usd.basics.progress import Progress
+from spin_usd.basics.progress import Progress, no_progress
 from spin_usd.commands.author.options import AuthorOptions, listed
 from spin_usd.craft.make_craft import CraftChoice, make_craft
 from spin_usd.craft.model import model_of
@@ -53,7 +53,7 @@ def with_craft(
             raise InputError(f"{given!r} is several craft in turn, and {option} is for one target", do="leave it out")
         places = _turns(len(choices), options.seed, sequences)
         used = sorted(set(places))
-        models = {place: _made(choices[place], done, len(used), progress) for done, place in enumerate(used)}
+        models = {place: _made(choices[place], given, done, len(used), progress) for done, place in enumerate(used)}
         if len(choices) > 1:
             turns = CraftTurns(
                 hulls={each.name: _hull(each) for each in models.values()},
@@ -75,9 +75,15 @@ def _turns(count: int, seed: int, sequences: Sequence[str]) -> list[int]:
     return [of_unit[each] for each in sequences]
 
 
-def _made(choice: CraftChoice, done: int, count: int, progress: Progress) -> MeshAsset:
+def _made(
+    choice: CraftChoice, given: str, done: int = 0, count: int = 1, progress: Progress = no_progress
+) -> MeshAsset:
+    """Return the model of a craft. Raises InputError, with the given text or file, for one that cannot be made."""
     progress("making: craft", done, count)
-    return model_of(make_craft(choice))
+    try:
+        return model_of(make_craft(choice))
+    except InputError as error:
+        raise InputError(error.found, where=given, do=error.do) from None
 
 
 def _hull(model: MeshAsset) -> Float:
@@ -98,5 +104,5 @@ def _further(given: str, folder: Path) -> str:
         do = "repeat --also for each, or show them in turn with --target"
         raise InputError(f"{model!r} is several craft, and a further body is one", do=do)
     file = folder / f"{_name(model, choices)}.usdc"
-    write_crafts([model_of(make_craft(choices[0]))], file, f"Made by spin-usd author from {Path(model).name}.")
+    write_crafts([_made(choices[0], model)], file, f"Made by spin-usd author from {Path(model).name}.")
     return f"{file}{poses}"

@@ -68,6 +68,10 @@ def test_a_file_and_a_further_body_can_be_craft_too(tmp_path: Path) -> None:
     assert names == ["mine", "craft_9"]
     with pytest.raises(InputError, match="no seed"):
         authored(tmp_path / "no", "craft:x")
+    file.write_text('family = "cubesat"\nsize = 3\n')
+    for options in ({"target": str(file)}, {"target": "tango", "also": [f"{file}:distance=3..4"]}):
+        with pytest.raises(InputError, match=r"mine.toml: size: a cubesat is at most"):
+            authored(tmp_path / "no", **options)
     with pytest.raises(InputError, match=r"craft:0\.\.3' is several craft, and a further body is one"):
         authored(tmp_path / "no", "tango", also=["craft:0..3"])
 
