@@ -18,6 +18,8 @@ CHARGING = (1.2, 2.1)  # an array's power over the craft's, our choice: losses a
 LEAST_ARRAY = 1.0  # of the square of the bus's width, our choice: who unfolds wings has more cells than a side holds
 PANELS, PANEL_ASPECT = 6, (0.4, 1.6)  # most of a wing; length over width
 GAP = 0.004  # of the craft's width: what parts keep apart
+TRIES = 6  # at a place, for each part
+TRIES_OF_CHOSEN = 60  # at least, of a kind whose number is chosen
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -175,14 +177,15 @@ class _Assembly:
             self.accept(main_engine(self.mount(site, "MainEngine", rng)), within="AdapterRing")
 
     def add_equipment(self, key: str) -> None:
-        """Add as many of a kind as find a place."""
+        """Add as many of a kind as find a place. Raises InputError if they are fewer than chosen."""
         kind, rng = EQUIPMENT[key], _stream(self.choice.seed, key)
         drawn = int(rng.integers(0, (kind.most_of_small if self.family.small else kind.most) + 1))
-        wanted = self.choice.counts.get(key, max(drawn, kind.fewest))
+        chosen = self.choice.counts.get(key)
+        wanted = max(drawn, kind.fewest) if chosen is None else chosen
         sites = [site for name, site in self.bus.sites.items() if kind.ends or not name.endswith("Z")]
         sites = sites or list(self.bus.sites.values())
         made = 0
-        for _ in range(6 * wanted):
+        for _ in range(max(TRIES * wanted, TRIES_OF_CHOSEN if chosen else 0)):
             site = sites[int(rng.integers(len(sites)))]
             kept = list(site.taken)
             if self.accept(kind.make(self.mount(site, f"{kind.name}{made + 1}", rng))):
@@ -191,6 +194,9 @@ class _Assembly:
                 site.taken = kept
             if made == wanted:
                 return
+        if chosen:
+            found = f"{made} of {chosen} {key} found room"
+            raise InputError(found, do="ask for fewer, or give another seed or family")
 
     def add_body_arrays(self) -> None:
         """Cover bare sides with cells: of a craft without wings most of them, of one with wings few."""

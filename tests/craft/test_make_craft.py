@@ -221,6 +221,8 @@ def test_a_cubesat_has_the_size_that_is_chosen_to_half_a_unit(size: float) -> No
         (CraftChoice(family="cubesat", size=3.0), "size: a cubesat is at most 0.45 m long, not 3"),
         (CraftChoice(family="cylinder", wings=2), "a cylinder has no wings"),
         (CraftChoice(family="cylinder", driven=True), "a cylinder has no wings"),
+        (CraftChoice(family="cylinder", counts={"radiators": 1}), "0 of 1 radiators found room; ask for fewer"),
+        (CraftChoice(family="box", counts={"dishes": 20}), "[1-9] of 20 dishes found room; ask for fewer"),
     ],
 )
 def test_what_a_craft_cannot_have_is_refused(choice: CraftChoice, fault: str) -> None:
@@ -230,9 +232,11 @@ def test_what_a_craft_cannot_have_is_refused(choice: CraftChoice, fault: str) ->
 
 def test_what_is_drawn_has_room_for_what_is_chosen() -> None:
     for seed in range(12):
-        craft = make_craft(CraftChoice(seed=seed, size=0.8, panels=2))
+        craft = make_craft(CraftChoice(seed=seed, size=0.8, panels=2, counts={"handles": 1}))
         assert np.ptp(craft.parts[0].points, axis=0).max() > 0.75
-        assert "wing" in {part.kind for part in craft.parts}
+        kinds = [part.kind for part in craft.parts]
+        assert "wing" in kinds
+        assert kinds.count("handle") == 1
 
 
 def test_what_is_decided_shifts_no_other_decision() -> None:
