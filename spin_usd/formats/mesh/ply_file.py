@@ -82,6 +82,8 @@ def _with_plain_header(data: bytes, path: Path) -> bytes:
     end = data.find(END, 0, MAX_HEADER)
     if end < 0:
         found = f"has no {END.decode()} among its first {MAX_HEADER} bytes"
+        if not data.startswith(KEYWORDS[0]):
+            found = "is not a PLY file" if data else "is empty"
         raise InputError(found, where=path, do="give a PLY file, as its exporter wrote it")
     lines = data[:end].splitlines(keepends=True)
     least, ascii_ = _least_bytes(lines), any(line.split()[:2] == [b"format", b"ascii"] for line in lines)

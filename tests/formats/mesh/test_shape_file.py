@@ -57,7 +57,9 @@ HEAD = "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty flo
 @pytest.mark.parametrize(
     ("name", "text", "found"),
     [
-        ("empty.ply", "", "has no end_header"),
+        ("empty.ply", "", "is empty"),
+        ("picture.ply", "\x89PNG\r\n", "is not a PLY file"),
+        ("cut.ply", "ply\nformat ascii 1.0\n", "has no end_header"),
         ("empty.obj", "", "holds neither faces nor points"),
         ("none.ply", HEAD.format(0), "holds neither faces nor points"),
         ("nan.ply", HEAD.format(1) + "nan 0 0\n", "NaN or infinite"),
