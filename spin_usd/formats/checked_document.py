@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from difflib import get_close_matches
 from functools import cache
 from typing import Any, TypeVar
@@ -17,6 +17,8 @@ from spin_usd.errors import InputError
 
 T = TypeVar("T")
 FEW = 8  # names that a sentence can list
+FIELD = re.compile(r"\^(\w+)\\\..*?[+)]\\\.\(?([\w|.\\]+)\)?\$")
+"""A pattern of names such as ^part\\..+\\.turn$: what it is of, and the fields, with | between them."""
 
 IN_TOML = {
     "object": "a table { ... }",
@@ -67,8 +69,8 @@ def _sentence(error: ValidationError) -> str:
         listed = ", ".join(choices)
         if len(choices) <= FEW:
             return f"there is no {unknown!r}; choose among {listed}"
-        near = get_close_matches(unknown, choices)
-        hints = [f"is {near[0]} meant?"] if near else []
+        near = _near_field(unknown, patterns) or next(iter(get_close_matches(unknown, choices)), "")
+        hints = [f"is {near} meant?"] if near else []
         if patterns:
             hints.append("spin-usd augment --list shows all")
         return f"there is no {unknown!r}; {' '.join(hints) or f'choose among {listed}'}"
@@ -87,6 +89,17 @@ def _sentence(error: ValidationError) -> str:
             return nearest[0]
         return f"fits none of its forms: {'; or '.join(dict.fromkeys(nearest))}"
     return str(error.message)
+
+
+def _near_field(unknown: str, patterns: Iterable[str]) -> str:
+    """Return an unknown name such as part.Bus.bulge with the field nearest to its own, of names of the `patterns`; ""
+    if none is near."""
+    kind, _, rest = unknown.partition(".")
+    name, _, field = rest.partition(".")
+    found = [match for pattern in patterns if (match := FIELD.fullmatch(pattern)) and match[1] == kind]
+    fields = [each for match in found for each in match[2].replace("\\", "").split("|")]
+    near = [each for each in fields if field and each.startswith(field)] or get_close_matches(field, fields, n=1)
+    return f"{kind}.{name}.{near[0]}" if near else ""
 
 
 def _choices_of_missing(error: ValidationError) -> str:

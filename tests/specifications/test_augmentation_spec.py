@@ -91,7 +91,19 @@ def test_words_unit_and_per_are_reported_apart(tmp_path) -> None:
         ),
         (
             GOOD + 'sample = { "material.A.ruffness" = { distribution = "fixed", value = 1 } }',
-            r"sample: there is no 'material.A.ruffness'",
+            r"sample: there is no 'material.A.ruffness'; is material.A.roughness meant\?",
+        ),
+        *(
+            (
+                GOOD + f'sample = {{ "part.Bus.{field}" = {{ distribution = "fixed", value = 1 }} }}',
+                rf"sample: there is no 'part.Bus.{field}'; {near}spin-usd augment --list shows all",
+            )
+            for field, near in (
+                ("bulge", r"is part.Bus.bulged meant\? "),
+                ("shift", r"is part.Bus.shift.x meant\? "),
+                ("turned", r"is part.Bus.turn meant\? "),
+                ("qqq", ""),
+            )
         ),
         (
             GOOD + 'sample = { "exposure.time" = { distribution = "fixed", value = 1, unit = "px" } }',
