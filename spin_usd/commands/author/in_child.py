@@ -66,7 +66,8 @@ def _author(options: AuthorOptions, pictures: AskedPictures, crafts: Path, progr
         root = folder / ROOT
         _write_target(making)
         _place_target(making)
-        write_stage(folder, sources.stage, poses=making.poses, target=making.target, outputs=OUTPUTS)
+        shown = f"{len(turns.names)} craft, shown in turn" if turns else ""
+        write_stage(folder, sources.stage, poses=making.poses, target=making.target, outputs=OUTPUTS, shown=shown)
         write_others(making)
         if turns:
             add_targets_in_turn(root, _crafts(making, turns), making.poses, turns.shown, _selections(making))

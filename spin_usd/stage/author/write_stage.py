@@ -58,12 +58,19 @@ class StageSources:
 
 
 def write_stage(
-    folder: Path, sources: StageSources, *, poses: PoseList, target: TargetAsset, outputs: Mapping[str, str]
+    folder: Path,
+    sources: StageSources,
+    *,
+    poses: PoseList,
+    target: TargetAsset,
+    outputs: Mapping[str, str],
+    shown: str = "",
 ) -> Path:
     """Write the layers into `folder`, where `target` lies already, and return the root layer's path.
 
-    `outputs`: the files of a picture, each with the USD type of its pixels. Raises OutputError, InputError for a file
-    that one of the sources names and that is not there.
+    `outputs`: the files of a picture, each with the USD type of its pixels. `shown`: the content of the pictures
+    in words, by default the target's name. Raises OutputError, InputError for a file that one of the sources names and
+    that is not there.
     """
     preset = sources.preset
     if preset:
@@ -73,7 +80,8 @@ def write_stage(
     write_variant_sets(folder / "layers", own, target.variants, find_diffuse_overrides(target.file, target.prim))
     with writing(folder / ROOT):
         root = Sdf.Layer.CreateNew(str(folder / ROOT))
-    author_metadata(root, default_prim=WORLD.name, frames=len(poses), documentation=_documentation(poses, target))
+    documentation = _documentation(len(poses), shown or target.name)
+    author_metadata(root, default_prim=WORLD.name, frames=len(poses), documentation=documentation)
     root.subLayerPaths = [f"./layers/{VARIANT_SETS_LAYER}", "./layers/poses.usdc"]
     stage = stage_on(root)
     stage.SetMetadata("renderSettingsPrimPath", str(SETTINGS))
@@ -175,9 +183,9 @@ def _file(target: TargetAsset, folder: Path) -> str:
     return f"./{target.file.relative_to(folder).as_posix()}"
 
 
-def _documentation(poses: PoseList, target: TargetAsset) -> str:
+def _documentation(count: int, shown: str) -> str:
     return (
-        f"{len(poses)} pictures of {target.name}: time code i is picture i. The camera stands at the origin and looks "
+        f"{count} pictures of {shown}: time code i is picture i. The camera stands at the origin and looks "
         "along +Y; the target moves (layers/poses.usdc)."
     )
 

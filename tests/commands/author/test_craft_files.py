@@ -109,6 +109,11 @@ def test_pictures_show_craft_in_turn_as_often_as_one_another(in_turn: Path) -> N
     assert shown[:4] != sorted(shown[:4])
 
 
+def test_the_root_layer_names_the_set(in_turn: Path) -> None:
+    documentation = StageReader(in_turn / "stage/dataset.usda").stage.GetRootLayer().documentation
+    assert documentation.startswith("8 pictures of 4 craft, shown in turn: time code i is picture i.")
+
+
 def test_labels_are_of_the_craft_that_is_shown(in_turn: Path) -> None:
     dataset = spin_usd.Dataset(in_turn / "set")
     classes: dict[str, set[str]] = {}
