@@ -26,6 +26,8 @@ class Authoring:
     progress: Progress
     crafts: Path
     """Folder of the craft that were made for it."""
+    given: str
+    """The target as the user gave it, such as craft:7."""
     turns: CraftTurns | None = None
     """The craft that the pictures show in turn; None for one target in all."""
     target: TargetAsset = field(init=False)

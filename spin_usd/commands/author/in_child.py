@@ -21,7 +21,7 @@ from spin_usd.commands.author.plausible_target import not_framed, refuse_size
 from spin_usd.commands.author.reports import AuthorReport
 from spin_usd.commands.author.sources import open_sources
 from spin_usd.commands.author.written_target import colour_notes, read_written_target
-from spin_usd.errors import NotFramedError
+from spin_usd.errors import InputError, NotFramedError
 from spin_usd.files.model_root import model_roots
 from spin_usd.labels.table import DEFAULT_LABELS, PIXEL_LABELS
 from spin_usd.scene.derived.view_text import sentences
@@ -50,6 +50,7 @@ def author_stage(*, progress: Progress = no_progress, **given: Any) -> AuthorRep
 
 
 def _author(options: AuthorOptions, pictures: AskedPictures, crafts: Path, progress: Progress) -> AuthorReport:
+    given = str(options.target)
     options, turns = with_craft(options, crafts, pictures.sequences, progress)
     sources = open_sources(options, pictures.files)
     out, models_root = Path(options.out), Path(options.root) if options.root else None
@@ -59,6 +60,7 @@ def _author(options: AuthorOptions, pictures: AskedPictures, crafts: Path, progr
             pictures=pictures,
             sources=sources,
             crafts=crafts,
+            given=given,
             turns=turns,
             folder=folder,
             progress=progress,
@@ -97,7 +99,12 @@ def _write_target(making: Authoring) -> None:
     options, sources = making.options, making.sources
     file, units = sources.target_file, options.units_per_metre
     leaves, chosen = listed(options.leave_out), (options.prim, options.model_time, sources.variants)
-    making.target, notes = write_model(file, making.folder, units, *chosen, leaves)
+    try:
+        making.target, notes = write_model(file, making.folder, units, *chosen, leaves)
+    except InputError as error:
+        if not file.is_relative_to(making.crafts):
+            raise
+        raise type(error)(error.found, where=making.given, do=error.do) from None  # its file is none of the user's
     if making.turns:
         making.target = replace(making.target, name=making.turns.names[0])
     making.unit = model_unit(file, making.target, units)

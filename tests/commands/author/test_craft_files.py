@@ -200,6 +200,13 @@ def _metals(reader: StageReader, frame: FrameId) -> int:
     return sum(each.metallic != 0 for body in reader.scene(frame).bodies for each in body.target.materials)
 
 
+@pytest.mark.parametrize("target", ["craft:0..1", "craft:0"])
+def test_an_unknown_variant_is_refused_in_the_craft_that_were_asked_for(target: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError) as refused:
+        authored(tmp_path / "stage", target, variant="look=shiny")
+    assert str(refused.value) == f"{target}: /craft_0 has no variant look=shiny; choose matt, reflective"
+
+
 @pytest.mark.parametrize("option", ["leave_out", "materials", "keypoints"])
 def test_what_changes_one_model_is_refused_for_craft_in_turn(option: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=f"craft in turn, and --{option.replace('_', '-')} is for one target"):
