@@ -41,7 +41,7 @@ def author(
         return
     show_notes(report.notes)
     print_out(f"{report.root}   ({pluralise(report.frames, 'frame')})")
-    print_out(*summary(report.views).split("\n"))
+    print_out(*summary(report.views, [*report.sizes.values()]).split("\n"))
 
 
 def _write_minimal(context: typer.Context, out: Path, as_json: bool) -> None:

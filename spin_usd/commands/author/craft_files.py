@@ -37,6 +37,11 @@ class CraftTurns:
     def names(self) -> tuple[str, ...]:
         return tuple(self.hulls)
 
+    @property
+    def sizes(self) -> dict[str, float]:
+        """Return the longest edge of each craft's bounding box, metres, by its name."""
+        return {name: float(np.ptp(hull, axis=0).max()) for name, hull in self.hulls.items()}
+
 
 def with_craft(
     options: AuthorOptions, folder: Path, sequences: Sequence[str], progress: Progress

@@ -91,6 +91,7 @@ def _author(options: AuthorOptions, pictures: AskedPictures, crafts: Path, progr
         camera=sources.camera_file.name,
         views=views,
         notes=(*of_camera, *making.notes, *remarks, *sentences(views)),
+        sizes=turns.sizes if turns else {},
     )
 
 

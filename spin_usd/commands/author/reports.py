@@ -1,6 +1,7 @@
 """Reports of what `author` and `augment` made, sent from the child process to the caller."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from msgspec import Struct
@@ -18,7 +19,7 @@ class AuthorReport:
     frames: int
     """How many pictures it has."""
     target: str
-    """The target's name."""
+    """Name of the target, the first where pictures show several in turn."""
     meshes: int
     """How many the target has."""
     camera: str
@@ -27,6 +28,8 @@ class AuthorReport:
     """Summary of what the pictures show."""
     notes: tuple[str, ...]
     """Notes for the user."""
+    sizes: Mapping[str, float] = field(default_factory=dict)
+    """Longest edge of the bounding box of each craft that pictures show in turn, metres, by its name."""
 
 
 @dataclass(frozen=True, kw_only=True)

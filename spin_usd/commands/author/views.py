@@ -1,16 +1,16 @@
 """Summarise what the pictures of a new stage show, from its first picture and its poses."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 
 import numpy as np
 
+from spin_usd.basics.progress import Progress
 from spin_usd.errors import SpinError
 from spin_usd.geometry.rotation import matrices_from_quaternions
 from spin_usd.geometry.triangles import areas
 from spin_usd.scene.derived.lookup import extremes
-from spin_usd.scene.derived.views import Views, suns_of, views_of
+from spin_usd.scene.derived.views import ViewCollector, Views, suns_of, views_of
 from spin_usd.scene.light import DistantLight
 from spin_usd.scene.material import Material
 from spin_usd.scene.mesh import Mesh
@@ -32,15 +32,16 @@ class ComposedTarget:
     """The target's surface as the stage composes it, and the views."""
 
     mesh: Mesh
+    """The mesh of the first picture's target."""
     views: Views
     grey: bool
     """Whether pictures are, though it is not."""
 
 
-def read_composed_target(reader: StageReader, poses: PoseList, chosen: Sequence[int]) -> ComposedTarget:
-    """Read the target of the stage of the `reader`, which was made of the `poses`, in the `chosen` pictures, which show
-    it. Raises StageError, UnsupportedError and GeometryError as a render would, of whichever of them."""
-    frames, count = [reader.frames[i] for i in chosen], len(chosen)
+def read_composed_target(reader: StageReader, poses: PoseList) -> ComposedTarget:
+    """Read the target of the stage of the `reader`, which was made of the `poses` and shows it in all pictures. Raises
+    StageError, UnsupportedError and GeometryError as a render would, of whichever of them."""
+    frames, count = reader.frames, len(reader.frames)
     looked_at = {0} if reader.light_is_still else set(np.linspace(0, count - 1, min(LIGHTS_READ, count)).astype(int))
     suns = {}
     for i, frame in enumerate(frames):  # all, as a render does: any of them may be refused
@@ -49,12 +50,30 @@ def read_composed_target(reader: StageReader, poses: PoseList, chosen: Sequence[
             suns[i] = suns_of(scene)
     if reader.light_is_still:
         suns = dict.fromkeys(range(count), suns[0])
-    scene, rows = reader.scene(frames[0]), list(chosen)
-    rotations = matrices_from_quaternions(poses.q_cam_body[rows])
+    scene = reader.scene(frames[0])
+    rotations = matrices_from_quaternions(poses.q_cam_body)
     target = scene.bodies[0].target
-    names = [poses.names[i] for i in rows]
-    found = views_of(target.mesh, scene.camera, names, rotations, poses.t_cam_body[rows], suns)
-    return ComposedTarget(mesh=target.mesh, views=found, grey=target.coloured and scene.sensor.channels == "mono")
+    found = views_of(target.mesh, scene.camera, poses.names, rotations, poses.t_cam_body, suns)
+    return ComposedTarget(mesh=target.mesh, views=found, grey=_is_grey(scene))
+
+
+def read_targets_in_turn(reader: StageReader, progress: Progress) -> ComposedTarget:
+    """Read the targets of the stage of the `reader`, each in the pictures that show it alone. Raises like
+    read_composed_target."""
+    collector, grey = ViewCollector(), False
+    for done, frame in enumerate(reader.frames):
+        progress("reading: picture", done, len(reader.frames))
+        scene = reader.scene(frame)
+        collector.add(scene)
+        grey = grey or _is_grey(scene)
+    views = collector.views()
+    assert views
+    return ComposedTarget(mesh=reader.scene(reader.frames[0]).bodies[0].target.mesh, views=views, grey=grey)
+
+
+def _is_grey(scene: Scene) -> bool:
+    """Return whether the picture of a coloured target is grey."""
+    return scene.bodies[0].target.coloured and scene.sensor.channels == "mono"
 
 
 def look_notes(reader: StageReader) -> tuple[str, ...]:

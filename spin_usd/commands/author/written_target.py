@@ -9,7 +9,7 @@ from spin_usd.commands.author.authoring import Authoring
 from spin_usd.commands.author.cameras import CALIBRATIONS
 from spin_usd.commands.author.model import is_users
 from spin_usd.commands.author.plausible_target import notes_on_far_keypoints, refuse_implausible
-from spin_usd.commands.author.views import look_notes, read_composed_target
+from spin_usd.commands.author.views import look_notes, read_composed_target, read_targets_in_turn
 from spin_usd.errors import GeometryError, InputError, StageError, UnsupportedError
 from spin_usd.formats.mesh.mesh_bounds import mesh_bounds
 from spin_usd.formats.mesh.mesh_file import MESHES
@@ -37,9 +37,10 @@ def read_written_target(making: Authoring) -> tuple[str, ...]:
             notes = check_written(reader, sources.target_file, making.target, units, selected, at_rest=at_rest)
         if any(map(is_users, sources.models)):
             notes += tuple(in_sentences(_coincident(reader)))
-        shown = making.turns.shown if making.turns else (making.target.name,) * len(making.poses)
-        first = [place for place, name in enumerate(shown) if name == making.target.name]
-        making.composed = read_composed_target(reader, making.poses, first)
+        in_turn = making.turns is not None
+        making.composed = (
+            read_targets_in_turn(reader, making.progress) if in_turn else read_composed_target(reader, making.poses)
+        )
     except (StageError, UnsupportedError, GeometryError) as refused:
         gone = f"{making.folder}/"
         where = str(refused.where).replace(gone, "") if refused.where else None

@@ -58,11 +58,14 @@ MOSTLY_SMALL = ViewMessage(
 """The message where most pictures are of the kind SMALL: a few from afar are meant."""
 
 
-def summary(found: Views) -> str:
+def summary(found: Views, sizes: Sequence[float] = ()) -> str:
     """Return a line such as "target 1.1 x 0.8 x 0.3 m, 2.2 to 9.9 m from the camera, its diagonal 200 to 900
-    pixels"."""
-    across = f", its diagonal {_span(found.pixels)} pixels" if found.pixels else ""
-    return f"target {size_text(found.size)}, {_span(found.distance)} m from the camera{across}"
+    pixels". `sizes`: the longest edges of several craft that are shown in turn, metres."""
+    what, whose = f"target {size_text(found.size)}", "its diagonal"
+    if sizes:
+        what, whose = f"{len(sizes)} craft of {_span((min(sizes), max(sizes)))} m", "their diagonals"
+    across = f", {whose} {_span(found.pixels)} pixels" if found.pixels else ""
+    return f"{what}, {_span(found.distance)} m from the camera{across}"
 
 
 def sentences(found: Views) -> list[str]:

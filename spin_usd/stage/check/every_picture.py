@@ -125,13 +125,15 @@ class _VariantCheck:
                 self.numbering = reader.numbering
                 blended = BlendedPoses(reader)
                 seen = {str(body.prim.GetPath()): ViewCollector(target=body.id) for body in reader.bodies if body.id}
+                of_any = ViewCollector()
+                collectors = (*seen.values(), *((of_any,) if len(seen) > 1 else ()))
                 for done, frame in enumerate(reader.frames):
                     if done % PROGRESS_EVERY == 0:
                         progress(READING, index * len(reader.frames) + done, count * len(reader.frames))
                     self.picture = frame.name
                     scene = reader.scene(frame)
                     blended.add(scene)
-                    for collector in seen.values():
+                    for collector in collectors:
                         collector.add(scene)
                     for body in scene.bodies:
                         yield from self.shapes.findings(body.target)
@@ -149,12 +151,17 @@ class _VariantCheck:
             self.picture = blended.pictures[0]
             yield from self._once("pose-blended", blended.where, blended.found, f"; {blended.do}", WARNING)
         self.picture = ""
-        for finding in self._findings_on_views([(path, collector.views()) for path, collector in seen.items()]):
+        views = [(path, collector.views()) for path, collector in seen.items()]
+        for finding in self._findings_on_views(views, of_any.views()):
             yield from self._once(finding.code, finding.where, finding.message, "", finding.severity)
 
-    def _findings_on_views(self, seen: Sequence[tuple[str, Views | None]]) -> Iterator[Finding]:
+    def _findings_on_views(self, seen: Sequence[tuple[str, Views | None]], of_any: Views | None) -> Iterator[Finding]:
         """Yield findings on the views of each target, given with its path: all for the first; for others only that no
-        picture shows them, since some merely pass by."""
+        picture shows them, since some merely pass by. Targets that are shown in turn, one in each picture, are one to
+        them: `of_any` has the views of whichever each picture shows."""
+        shown = [views.pictures for _, views in seen if views]
+        if of_any and len(shown) > 1 and sum(shown) == of_any.pictures:
+            seen = [(str(self.path), of_any)]
         (first, self.views), *others = seen
         yield from view_findings(self.views, first) if self.views else ()
         for path, views in others:

@@ -114,6 +114,23 @@ def test_the_root_layer_names_the_set(in_turn: Path) -> None:
     assert documentation.startswith("8 pictures of 4 craft, shown in turn: time code i is picture i.")
 
 
+def test_views_of_craft_in_turn_are_of_all_pictures(tmp_path: Path) -> None:
+    """Counts are of the set's pictures, not of the pictures of one craft."""
+    rows = [f"p{i},1,0,0,0,{x},0,20" for i, x in enumerate((0, 0, 80))]
+    (tmp_path / "poses.csv").write_text("\n".join(["name,qw,qx,qy,qz,x,y,z", *rows]))
+    report = author_stage(
+        poses=tmp_path / "poses.csv", target="craft:0..1", camera="speedplus", resolution="120x75", out=tmp_path / "s"
+    )
+    outside = "in 1 of 3 pictures the target is outside the frame (p2)"
+    assert [note for note in report.notes if note.startswith(outside)]
+    assert not [note for note in report.notes if "the only picture" in note]
+    found = [finding for finding in check_stage(report.root) if finding.code == "target-outside"]
+    assert [(each.severity, each.message.startswith(outside)) for each in found] == [("warning", True)]
+    assert report.views.pictures == 3
+    assert set(report.sizes) == {"craft_0", "craft_1"}
+    assert max(report.sizes.values()) == pytest.approx(max(report.views.size), rel=1e-6)
+
+
 def test_labels_are_of_the_craft_that_is_shown(in_turn: Path) -> None:
     dataset = spin_usd.Dataset(in_turn / "set")
     classes: dict[str, set[str]] = {}

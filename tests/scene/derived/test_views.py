@@ -50,7 +50,9 @@ def test_sizes_and_distances_are_those_of_the_bounding_box() -> None:
     assert found.size == (1.0, 0.5, 0.2)
     assert found.distance == (5.0, 7.0)
     assert found.pixels[1] == pytest.approx(2 * np.sqrt(0.3225) * 140 / 5)
-    assert summary(found).startswith("target 1 x 0.5 x 0.2 m, 5 to 7 m from the camera, ")
+    assert summary(found).startswith("target 1 x 0.5 x 0.2 m, 5 to 7 m from the camera, its diagonal ")
+    in_turn = summary(found, [0.4, 1.0, 0.35])
+    assert in_turn.startswith("3 craft of 0.35 to 1 m, 5 to 7 m from the camera, their diagonals ")
 
 
 def test_a_ball_is_as_large_as_it_was_made() -> None:
