@@ -1,7 +1,7 @@
 """Changes of attributes: which attributes of a stage a parameter decides, and how its value becomes theirs."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom
@@ -68,6 +68,8 @@ class BaseStage:
     """The length of a stage unit."""
     chosen_camera: Usd.Prim | None = None
     """The camera of several whose attributes are changed; None for the first."""
+    names: Mapping[float, str] = field(default_factory=dict)
+    """Names of the pictures by their time codes, as far as they are known."""
 
     @property
     def camera(self) -> Usd.Prim:

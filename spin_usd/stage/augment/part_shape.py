@@ -27,7 +27,7 @@ from spin_usd.stage.read.bodies.target import TargetReader
 from spin_usd.stage.usd import schema
 from spin_usd.stage.usd.root_metadata import Notes
 from spin_usd.stage.usd.values import FINITE, Range, read
-from spin_usd.stage.usd.visibility import first_shown
+from spin_usd.stage.usd.visibility import ancestors, first_shown, is_invisible
 
 ON_PART = 0.01  # of the longest edge of the target's box: how far from a part's surface its keypoints may lie
 PLACED = ("turn", "axis", "shift", "scale")
@@ -69,6 +69,18 @@ class DrawnTarget:
             part for part in self.target.parts if name in ("*", part.name) and part.path != str(self.prim.GetPath())
         ]
 
+    def refuse_none_left(self, missing: list[str], time: float, where: str) -> None:
+        """Raise InputError where all parts that it can show are at or below the `missing` prims, by their paths, in the
+        picture at that time code, which shows it."""
+        roots, at = tuple(f"{path}/" for path in missing), Usd.TimeCode(time)
+        if not all(f"{part.path}/".startswith(roots) for part in self.target.parts):
+            return
+        if any(is_invisible(each, at) for each in (*ancestors(self.prim), self.prim)):
+            return
+        picture = f" in picture {self.base.names[time]}" if time in self.base.names else ""
+        do = "name the parts that may be missing, so that one always stays"
+        raise InputError(f"all parts of the target {self.target.name} are missing{picture}", where=where, do=do)
+
     def axes(self, parts: list[Part]) -> PartAxes:
         """Find the axes of one piece of these parts and all below them."""
         roots = tuple(f"{part.path}/" for part in parts)
@@ -96,7 +108,8 @@ class DrawnTarget:
 
 def part_shape(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
     """Return the change that all part.NAME.* make together: NAME+NAME is one piece, with one root. Raises InputError
-    for a part that no target has, that cannot be overridden, or that is in two pieces."""
+    for a part that no target has, that cannot be overridden, or that is in two pieces; its values do for a picture in
+    which all parts of a target are missing."""
     fields: dict[str, list[str]] = {}
     for piece, field in map(split_name, names):
         fields.setdefault(piece, []).append(field)
@@ -107,10 +120,24 @@ def part_shape(base: BaseStage, names: tuple[str, ...]) -> AttributeChange:
         if found.setdefault(str(changed[0]), changed) is not changed:
             raise InputError(f"changes {changed[0].prim} twice", where=names[0], do="name each part once")
     fixed = [each for change, prim in changes for each in change.fixed(prim)]
+
+    def values(sampled: ParameterValues, time: float) -> tuple[Any, ...]:
+        made = tuple(make(sampled, time) for _, make in found.values())
+        of_parts = (
+            (at.prim, value)
+            for (at, _), value in zip(found.values(), made, strict=True)
+            if at.name == schema.SHAPE_MISSING
+        )
+        if missing := [path for path, value in of_parts if value]:
+            where = next(name for name in names if name.endswith(".missing"))
+            for target in targets:
+                target.refuse_none_left(missing, time, where)
+        return made
+
     return AttributeChange(
         parameters=names,
         attributes=tuple(attribute for attribute, _ in found.values()),
-        values=lambda sampled, time: tuple(make(sampled, time) for _, make in found.values()),
+        values=values,
         fixed=tuple({str(attribute): (attribute, value) for attribute, value in fixed}.values()),
         apis=tuple((str(prim.GetPath()), schema.SHAPE_API) for _, prim in changes),
     )

@@ -59,7 +59,9 @@ def open_base(stage: Usd.Stage) -> tuple[BaseStage, tuple[str, ...], int]:
     clock = Clock(stage)
     times = tuple(read_opening(camera, frame.time_code, clock, rows=1).middle for frame in frames)
     metres = root_number(stage, METRES_PER_UNIT)
-    return BaseStage(stage=stage, times=times, metres=metres), tuple(frame.name for frame in frames), read_seed(stage)
+    names = tuple(frame.name for frame in frames)
+    base = BaseStage(stage=stage, times=times, metres=metres, names=dict(zip(times, names, strict=True)))
+    return base, names, read_seed(stage)
 
 
 def sampled_values(

@@ -2,14 +2,18 @@
 
 import numpy as np
 import pytest
+from pxr import Usd, UsdGeom
 
 from spin_usd.commands.author.augment import augment_stage
-from spin_usd.errors import InputError
+from spin_usd.errors import InputError, StageError
 from spin_usd.geometry.bend import SAGITTA
 from spin_usd.geometry.part_axes import PartAxes, nearest
 from spin_usd.scene.derived.content_keys import geometry_key
 from spin_usd.scene.scene import FrameId
 from spin_usd.stage.augment.edited_stage import EditedStage, Edits
+from spin_usd.stage.augment.part_shape import part_shape
+from spin_usd.stage.augment.sampled_values import open_base
+from spin_usd.stage.composition.open_stage import open_stage
 from spin_usd.stage.read.stage_reader import StageReader
 from tests.cases.shaped import BENT, BULGED, SCALE, SHIFT, TURN, WING, author_shaped, specification
 
@@ -123,6 +127,27 @@ def test_a_missing_part_has_no_face_and_no_keypoint(scenes) -> None:
     np.testing.assert_array_equal(gone.shape.keypoint_missing, on_wing(gone))
 
 
+def test_parts_that_are_missing_are_named_where_nothing_is_left(stage) -> None:
+    opened = open_stage(stage, variant="gone")
+    reader = StageReader(stage, variant="gone", stage=opened)
+    with Usd.EditContext(opened, opened.GetSessionLayer()):
+        for part in reader.scene(reader.frames[0]).bodies[0].target.parts:
+            UsdGeom.Imageable(opened.GetPrimAtPath(part.path)).GetVisibilityAttr().Set("invisible")
+    reader = StageReader(stage, variant="gone", stage=opened, numbering=reader.numbering)
+    with pytest.raises(StageError, match="no part that is rendered at time code 0: `missing` of the variant"):
+        reader.scene(reader.frames[0])
+
+
+def test_a_target_that_a_picture_does_not_show_may_lack_all_parts(stage) -> None:
+    opened = open_stage(stage)
+    base, _, _ = open_base(opened)
+    change = part_shape(base, ("part.*.missing",))
+    with pytest.raises(InputError, match="all parts of the target microsat are missing in picture img000002"):
+        change.values({"part.*.missing": True}, base.times[1])
+    UsdGeom.Imageable(opened.GetPrimAtPath("/World/Target")).GetVisibilityAttr().Set("invisible", base.times[1])
+    assert change.values({"part.*.missing": True}, base.times[1])
+
+
 def test_a_simulator_changes_shapes_too(stage, scenes) -> None:
     base = StageReader(stage)
     frame: FrameId = base.frames[0]
@@ -151,6 +176,10 @@ def test_a_simulator_places_a_part_that_is_changed_too(stage) -> None:
         ({"part.WingPlusX.bent": "181"}, "numbers from -180 to 180"),
         ({"part.WingPlusX.scale": "0"}, "numbers from 0.001"),
         ({"part.WingPlusX.shift.w": "1"}, "there is no"),
+        (
+            {"part.*.missing": "true"},
+            r"augmentation wrong: part\.\*\.missing: all parts of the target microsat are missing in picture img000001",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused(stage, tmp_path, values, words) -> None:

@@ -86,6 +86,10 @@ class TargetReader:
         pieces = list(self._below(self.prim, start)) if self._shown() else []
         if not pieces:
             do = "add visible gprims of purpose default or render below it"
+            if any(part.missing for part in self._shapes.parts):
+                none = f"has no part that is rendered at time code {self.time.GetValue():g}"
+                why = "`missing` of the variant's augmentation leaves none"
+                raise StageError(f"the target {none}: {why}", where=self.prim.GetPath(), do="let one part stay")
             if any(finding.code == "material-transparent" for finding in self.notes.findings):
                 do += ", or keep those of opacity 0 by spin:target:keepTransparent (author's --keep-transparent)"
             raise StageError("the target has no geometry that is rendered", where=self.prim.GetPath(), do=do)
